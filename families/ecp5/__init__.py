@@ -1,8 +1,25 @@
 """Lattice ECP5: yosys, nextpnr and rules for the netlist between them."""
 
-from tfra.families.ecp5.floorplan import Floor
-from tfra.families.ecp5.prepare import prepare
-from tfra.families.family import BlockMemory, Board, Family, Gates, HardMultiplier, PlaceAndRoute, Target
+from collections import Counter
+
+from tfra.families.ecp5.copies import spread
+from tfra.families.ecp5.floorplan import Floor, pin
+from tfra.families.ecp5.registers import absorb
+from tfra.families.family import BlockMemory, Board, Family, Gates, HardMultiplier, Netlist, PlaceAndRoute, Target
+
+
+def prepare(netlist: Netlist, top: str, floor: Floor | None = None) -> Counter[str]:
+    """Change module ``top`` of yosys' JSON ``netlist``; return how many cells of each type were added.
+
+    Registers move into hard blocks, what drives many lanes gets copies, and with ``floor`` hard blocks get sites.
+    """
+    moved = absorb(netlist, top)
+    added = Counter(spread(netlist, top))
+    added["TRELLIS_FF"] -= moved
+    if floor:
+        pin(netlist, top, floor)
+    return added
+
 
 FAMILY = Family(
     name="ecp5",

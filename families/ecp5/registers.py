@@ -5,7 +5,7 @@ much of a cycle.  Both have registers of their own, which cost nothing.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 Cell = dict[str, Any]
@@ -20,8 +20,7 @@ def absorb(netlist: dict[str, Any], top: str) -> int:
 
     They move when all bits of a word, or of both factors, pass them, with one clock and one enable and no reset.
     """
-    module = netlist["modules"][top]
-    return _Packer(module).run()
+    return _Packer(netlist["modules"][top]).run()
 
 
 class _Packer:
@@ -55,23 +54,20 @@ class _Packer:
         """The output register of the port that reads; a memory of 36 bits reads by port B, through both outputs."""
         wide = _number(cell["parameters"].get("DATA_WIDTH_B", 0)) == 36
         moved = 0
-        for port in ["B"] if wide else ["A", "B"]:
-            sides = "AB" if wide else port
-            if cell["parameters"].get(f"REGMODE_{port}", "NOREG") != "NOREG":
-                continue
-            outputs = [f"DO{side}{k}" for side in sides for k in range(18)]
-            found = self._behind(cell, outputs)
-            if found:
+        for sides in ["AB"] if wide else ["A", "B"]:
+            behind = self._behind(cell, [f"DO{side}{k}" for side in sides for k in range(18)])
+            if behind and cell["parameters"].get(f"REGMODE_{sides[-1]}", "NOREG") == "NOREG":
+                enable = _enable(self._cells[next(iter(behind.values()))])
                 for side in sides:
                     cell["parameters"][f"REGMODE_{side}"] = "OUTREG"
-                    cell["connections"][f"OCE{side}"] = [_enable(found[0])]
-                moved += self._remove(cell, outputs)
+                    cell["connections"][f"OCE{side}"] = [enable]
+                moved += self._remove(cell, behind)
         return moved
 
     def _output(self, cell: Cell) -> int:
-        outputs = [f"P{k}" for k in range(36)]
-        found = self._behind(cell, outputs) if not _registered(cell, "OUTPUT") else []
-        return self._remove(cell, outputs) if found and self._clock(cell, "OUTPUT", found[0]) else 0
+        behind = self._behind(cell, [f"P{k}" for k in range(36)]) if not _registered(cell, "OUTPUT") else {}
+        first = next((self._cells[name] for name in behind.values()), None)
+        return self._remove(cell, behind) if first and self._clock(cell, "OUTPUT", first) else 0
 
     def _inputs(self, cell: Cell) -> int:
         """Flip-flops before both factors; other readers keep them."""
@@ -106,30 +102,22 @@ class _Packer:
         cell["parameters"][f"REG_{register}_CLK"] = "CLK0"
         return True
 
-    def _behind(self, cell: Cell, outputs: Iterable[str]) -> list[Cell]:
-        """The flip-flops behind all ``outputs`` that are read, if they are alike and nothing else reads them."""
-        found = []
+    def _behind(self, cell: Cell, outputs: Iterable[str]) -> dict[str, str]:
+        """Names of the flip-flops behind ``outputs`` that are read, if they are alike and nothing else reads them."""
+        found: dict[str, str] = {}
         for port in outputs:
             for bit in cell["connections"].get(port, []):
-                readers = self._readers[bit]
-                if not readers:
-                    continue
-                name, pin = readers[0]
-                if len(readers) != 1 or pin != "DI" or self._cells[name]["type"] != "TRELLIS_FF":
-                    return []
-                found.append(self._cells[name])
-        return found if found and _alike(found) else []
+                for name, pin in self._readers[bit]:
+                    if port in found or pin != "DI" or self._cells[name]["type"] != "TRELLIS_FF":
+                        return {}
+                    found[port] = name
+        return found if found and _alike([self._cells[name] for name in found.values()]) else {}
 
-    def _remove(self, cell: Cell, outputs: Iterable[str]) -> int:
-        """Let ``outputs`` drive what their flip-flops drove."""
-        moved = 0
-        for port in outputs:
-            for bit in cell["connections"].get(port, []):
-                if self._readers[bit]:
-                    name, _ = self._readers[bit][0]
-                    cell["connections"][port] = self._cells.pop(name)["connections"]["Q"]
-                    moved += 1
-        return moved
+    def _remove(self, cell: Cell, behind: Mapping[str, str]) -> int:
+        """Let outputs drive what the flip-flops ``behind`` them drove."""
+        for port, name in behind.items():
+            cell["connections"][port] = self._cells.pop(name)["connections"]["Q"]
+        return len(behind)
 
 
 def _registered(cell: Cell, name: str) -> bool:

@@ -1,17 +1,18 @@
 """Flip-flops around block memories and multipliers move into them, and only those that may."""
 
-import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import pytest
 from amaranth import Module, Signal, signed, unsigned
-from amaranth.back import rtlil
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.verilog.emit import run_yosys, with_free_collisions
+from tests.families.ecp5.netlists import mapped
+from tests.families.ecp5.test_copies import Lanes
+from tfra.families.ecp5 import prepare
 from tfra.families.ecp5.registers import absorb
 
 
@@ -72,11 +73,9 @@ class Times(wiring.Component):
 
 def cells(block: wiring.Component, tmp_path: Path) -> tuple[int, list[dict[str, Any]], int]:
     """How many flip-flops moved into the one block, its cell, and the flip-flops that are left."""
-    (tmp_path / "block.il").write_text(with_free_collisions(str(rtlil.convert(block, name="block", emit_src=False))))
-    run_yosys("read_rtlil block.il; synth_ecp5 -top block; write_json block.json", tmp_path)
-    netlist = json.loads((tmp_path / "block.json").read_text())
-    moved = absorb(netlist, "block")
-    found = list(netlist["modules"]["block"]["cells"].values())
+    netlist = mapped(block, tmp_path)
+    moved = absorb(netlist, "top")
+    found = list(netlist["modules"]["top"]["cells"].values())
     hard = [cell for cell in found if cell["type"] in ("DP16KD", "MULT18X18D")]
     return moved, hard, sum(cell["type"] == "TRELLIS_FF" for cell in found)
 
@@ -98,20 +97,30 @@ def test_memories_without_a_register_of_their_own(block: Store, tmp_path: Path) 
     assert memory["parameters"]["REGMODE_B"] == "NOREG"
 
 
-def test_registers_of_a_product(tmp_path: Path) -> None:
-    moved, (product,), flipflops = cells(Times(before=True), tmp_path)
-    assert (moved, flipflops) == (72, 0)
-    assert {product["parameters"][f"REG_{name}_CLK"] for name in ("INPUTA", "INPUTB", "OUTPUT")} == {"CLK0"}
+@pytest.mark.parametrize(
+    ("block", "moved", "left", "before"),
+    [
+        (Times(before=True), 72, 0, True),
+        (Times(before=True, shared=True), 54, 18, True),  # a factor that others read stays as well
+        (Times(before=False), 36, 0, False),
+    ],
+    ids=["both", "read by others", "none before"],
+)
+def test_registers_of_a_product(block: Times, moved: int, left: int, before: bool, tmp_path: Path) -> None:
+    number, (product,), flipflops = cells(block, tmp_path)
+    assert (number, flipflops) == (moved, left)
+    registers = {name for name in ("INPUTA", "INPUTB", "OUTPUT") if f"REG_{name}_CLK" in product["parameters"]}
+    assert registers == ({"INPUTA", "INPUTB", "OUTPUT"} if before else {"OUTPUT"})
+    assert {product["parameters"][f"REG_{name}_CLK"] for name in registers} == {"CLK0"}
     assert product["connections"]["CE0"] == ["1"]
 
 
-def test_a_factor_that_others_read_stays_as_well(tmp_path: Path) -> None:
-    moved, (product,), flipflops = cells(Times(before=True, shared=True), tmp_path)
-    assert (moved, flipflops) == (54, 18)
-    assert product["parameters"]["REG_INPUTA_CLK"] == "CLK0"
-
-
-def test_a_product_without_registers_before_it(tmp_path: Path) -> None:
-    moved, (product,), flipflops = cells(Times(before=False), tmp_path)
-    assert (moved, flipflops) == (36, 0)
-    assert "REG_INPUTA_CLK" not in product["parameters"]
+@pytest.mark.parametrize(("block", "changed", "sign"), [(Lanes(12), "LUT4", 1), (Times(True), "TRELLIS_FF", -1)])
+def test_added_cells_are_counted(block: Any, changed: str, sign: int, tmp_path: Path) -> None:
+    """Copies for lanes that share an enable, and a multiplier between registers."""
+    netlist = mapped(block, tmp_path)
+    kinds = [Counter(cell["type"] for cell in netlist["modules"]["top"]["cells"].values())]
+    added = prepare(netlist, "top")
+    kinds.append(Counter(cell["type"] for cell in netlist["modules"]["top"]["cells"].values()))
+    assert all(kinds[1][kind] - kinds[0][kind] == added[kind] for kind in kinds[0] | kinds[1])
+    assert sign * added[changed] > 0
