@@ -20,7 +20,6 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
-from tfra.sim.report import Report
 from tfra.sim.run import simulate
 from tfra.sim.serial_trace import first_difference
 from tfra.sim.verify import verify
@@ -44,17 +43,14 @@ def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return builds
 
 
-def verified(design: Design) -> Report:
-    return verify(design, contact_codes(design, FRAMES, 1) * design.adc.lsb, "icarus", random=0)
-
-
 @pytest.mark.parametrize(
     ("design", "target"),
     [(DESIGN, "portable"), *long((DESIGN, "ice40"), (replace(LEARNED["2×3, forces"], name="learned"), "ice40"))],
 )
 def test_verify(design: Design, target: str) -> None:
     """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""
-    found = verified(replace(design, target=target))
+    frames = contact_codes(design, FRAMES, 1) * design.adc.lsb
+    found = verify(replace(design, target=target), frames, "icarus", random=0)
     stated = microarchitecture(design)
     assert found.passed
     assert (found.timing.latency, found.timing.interval) == (stated.latency, stated.initiation_interval)
