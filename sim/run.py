@@ -141,19 +141,7 @@ def simulate(
         from tfra.sim import pysim
 
         outcome = pysim.run(core or gateware.build(), job, progress, waves)
-    if outcome.violations:
-        raise ProtocolError(outcome)
-    half = 1 << (design.word_bits - 1)
-    return Run(
-        ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words),
-        np.subtract(outcome.first_word, outcome.last_taxel),
-        np.diff(outcome.last_word),
-        chosen,
-        outcome.cycles,
-        outcome.compared,
-        outcome.mismatches,
-        {probe.stage: _rows(probe, packed) for probe, packed in zip(job.probes, outcome.probes, strict=True)},
-    )
+    return _run(design, job, outcome, chosen)
 
 
 def generated(design: Design, cache: Path) -> Netlist:
@@ -216,6 +204,22 @@ def _patience(core: Microarchitecture) -> int:
     m, design = core.design.sensor.taxels, core.design
     products = 8 * (4 * design.quads) ** 2 // core.lanes
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
+
+
+def _run(design: Design, job: Job, outcome: Outcome, simulator: str) -> Run:
+    if outcome.violations:
+        raise ProtocolError(outcome)
+    half = 1 << (design.word_bits - 1)
+    return Run(
+        ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words),
+        np.subtract(outcome.first_word, outcome.last_taxel),
+        np.diff(outcome.last_word),
+        simulator,
+        outcome.cycles,
+        outcome.compared,
+        outcome.mismatches,
+        {probe.stage: _rows(probe, packed) for probe, packed in zip(job.probes, outcome.probes, strict=True)},
+    )
 
 
 def _rows(probe: Probe, packed: list[int]) -> Ints:
