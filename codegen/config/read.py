@@ -82,7 +82,10 @@ def build_project(content: Mapping[str, object], file: Path) -> Project:
 
     The learned estimator's weights are read, so an error can name their file, too.
     """
-    document = _document(content, file)
+    try:
+        document = Document.model_validate(content)
+    except ValidationError as error:
+        raise InputError(file, *complaint(error)) from None
     sensor = _sensor(file, document.sensor)
     with _blame(file, "layer"):
         cover = ElasticLayer.under(sensor, document.layer.poisson)
@@ -103,13 +106,6 @@ def build_project(content: Mapping[str, object], file: Path) -> Project:
         input=_input(file, document.input),
         weights=document.estimator.weights,
     )
-
-
-def _document(content: Mapping[str, object], file: Path) -> Document:
-    try:
-        return Document.model_validate(content)
-    except ValidationError as error:
-        raise InputError(file, *complaint(error)) from None
 
 
 @contextmanager

@@ -3,14 +3,14 @@
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from amaranth import ClockSignal, Instance, Module, Value
 from amaranth.back import rtlil
 from amaranth.lib import data, wiring
-from amaranth.lib.wiring import In
+from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.verilog.identifiers import with_plain_names
@@ -77,41 +77,45 @@ class Top(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._core = microarchitecture(design).build()
-        ports: dict[str, Any] = {}
-        for name, port in self._core.signature.members.items():
-            forward = _forward(getattr(self._core, name))
-            ports |= {f"{name}_{key}": port.flow(word.shape()) for key, word in forward.items()}
-            ports[f"{name}_ready"] = port.flow.flip()(1)
-        super().__init__(ports)
+        self._signals = _stream_signals(self._core)
+        flows = {port.name: FLOWS[port.direction] for port in core_ports(design)}
+        super().__init__({name: flows[name](signal.shape()) for name, signal in self._signals.items()})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.core = core = self._core
-        for name, port in core.signature.members.items():
-            ready, inner = getattr(self, f"{name}_ready"), getattr(core, name)
-            for key, word in _forward(inner).items():
-                pin = getattr(self, f"{name}_{key}")
-                m.d.comb += word.eq(pin) if port.flow is In else pin.eq(word)
-            m.d.comb += ready.eq(inner.ready) if port.flow is In else inner.ready.eq(ready)
+        m.submodules.core = self._core
+        connect_ports(m, self, self._signals)
         return m
+
+
+FLOWS = {"in": In, "out": Out}
+
+
+def connect_ports(m: Module, top: wiring.Component, signals: Mapping[str, Value]) -> None:
+    """Connect the ports of ``top`` with the ``signals`` of their names."""
+    for name, port in top.signature.members.items():
+        if name in signals:
+            pin, signal = getattr(top, name), signals[name]
+            m.d.comb += signal.eq(pin) if port.flow is In else pin.eq(signal)
 
 
 def core_instance(design: Design, around: Any, reset: Value) -> Instance:
     """The core as a module from elsewhere, on the streams ``load``, ``taxel``, ``result`` of ``around``."""
-    pins: dict[str, Any] = {"i_clk": ClockSignal(), "i_rst": reset}
-    for port in core_ports(design):
-        stream, _, member = port.name.partition("_")
-        if stream in ("load", "taxel", "result"):
-            words = getattr(around, stream)
-            pins[f"{port.direction[0]}_{port.name}"] = words.ready if member == "ready" else _forward(words)[member]
+    signals = {"clk": ClockSignal(), "rst": reset, **_stream_signals(around)}
+    pins = {f"{port.direction[0]}_{port.name}": signals[port.name] for port in core_ports(design)}
     return Instance(design.name, **pins)
 
 
-def _forward(port: Any) -> dict[str, Value]:
-    """The other signals of a stream, by name."""
-    words = port.payload
-    fields = {key: words[key] for key, _ in words.shape()} if isinstance(words, data.View) else {"data": words}
-    return {**fields, "valid": port.valid}
+def _stream_signals(around: Any) -> dict[str, Value]:
+    """Signals of the streams of a core, or of what is ``around`` it, by the names of the core's ports."""
+    signals: dict[str, Value] = {}
+    for name in (name for name in around.signature.members if name in ("load", "taxel", "result")):
+        port = getattr(around, name)
+        words = port.payload
+        fields = {key: words[key] for key, _ in words.shape()} if isinstance(words, data.View) else {"data": words}
+        fields |= {"valid": port.valid, "ready": port.ready}
+        signals |= {f"{name}_{key}": signal for key, signal in fields.items()}
+    return signals
 
 
 def to_rtlil(top: wiring.Component, name: str) -> str:

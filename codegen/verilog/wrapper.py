@@ -5,12 +5,11 @@ from typing import Any, Literal
 
 from amaranth import ClockDomain, Module
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import Port
-from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import FLOWS, connect_ports, core_instance, plain_verilog, to_rtlil
 from tfra.codegen.verilog.header import comment, port_lines, section, wrapped
 from tfra.hdl.bus.map import BITS, BYTES
 from tfra.hdl.cores import microarchitecture
@@ -103,8 +102,7 @@ class Top(wiring.Component):
     def __init__(self, design: Design) -> None:
         self._design, self._wrapper = design, wrapper(design)
         self.ports = ports_of(design)
-        flows = {"in": In, "out": Out}
-        super().__init__({port.name: flows[port.direction](port.bits) for port in self.ports})
+        super().__init__({port.name: FLOWS[port.direction](port.bits) for port in self.ports})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -112,11 +110,7 @@ class Top(wiring.Component):
         m.submodules.core = inner = self._wrapper
         m.d.comb += sync.clk.eq(self.aclk)
         m.d.comb += sync.rst.eq(~self.aresetn)
-        signals = _signals(inner)
-        for port in self.ports:
-            if port.name in signals:
-                pin, signal = getattr(self, port.name), signals[port.name]
-                m.d.comb += signal.eq(pin) if port.direction == "in" else pin.eq(signal)
+        connect_ports(m, self, _signals(inner))
         m.submodules.instance = core_instance(self._design, inner, inner.core_reset)
         return m
 

@@ -207,101 +207,86 @@ def test_examples(example: Path) -> None:
 
 WRONG = [
     # keys
-    ("rows", "sensor.rows: is missing"),
+    ("rows", "is missing"),
     ("rows = 10\nrow = 10", 'sensor.row: unknown key, the nearest valid key is "rows"'),
-    ("[sensr]", 'sensr: unknown key, the nearest valid key is "sensor"'),
-    ("mu = 0.5\nmy = 0.5", 'contact#1.my: unknown key, the nearest valid key is "mu"'),
-    ("mu", "contact#1.mu: is missing"),
+    ("[sensr]", 'unknown key, the nearest valid key is "sensor"'),
+    ("mu = 0.5\nmy = 0.5", 'unknown key, the nearest valid key is "mu"'),
+    ("mu", "is missing"),
     ("phi_deg = {start = 1, stop = 2}", "contact#1.phi_deg.step: is missing"),
     ("phi_deg = {stops = 2}", 'contact#1.phi_deg.stops: unknown key, the nearest valid key is "stop"'),
     # types
-    ("rows = 10.0", "sensor.rows: a whole number is needed, got 10.0"),
-    ("pitch_x_mm = true", "sensor.pitch_x_mm: a number is needed, got True"),
-    ("shape = 1", "contact#1.shape: a text in quotes is needed, got 1"),
+    ("rows = 10.0", "a whole number is needed, got 10.0"),
+    ("pitch_x_mm = true", "a number is needed, got True"),
+    ("shape = 1", "a text in quotes is needed, got 1"),
     ('phi_deg = [1, "x"]', "contact#1.phi_deg#2: a number is needed, got 'x'"),
-    ("thickness_mm = nan", "sensor.thickness_mm: a finite number is needed, got nan"),
-    ("[input]\nflip_x = 1", "input.flip_x: true or false is needed, got 1"),
-    ("[formats.signals]\ncoefficient = 16", "formats.signals.coefficient: a table is needed, got 16"),
+    ("thickness_mm = nan", "a finite number is needed, got nan"),
+    ("[input]\nflip_x = 1", "true or false is needed, got 1"),
+    ("[formats.signals]\ncoefficient = 16", "a table is needed, got 16"),
     # sensor and contacts
-    ("rows = 1", "sensor.rows: at least 2 taxels are needed, got 1"),
-    ("columns = 1", "sensor.columns: at least 2 taxels are needed, got 1"),
-    ("rows = 410", "sensor.rows: at most 4096 taxels (rows x columns) are supported, got 4100"),
-    ("thickness_mm = 1e9", "sensor.thickness_mm: 1000 or less is needed, got 1000000000.0"),
-    ('shape = "round"', "contact#1.shape: one of hertz, uniform, rounded is needed, got 'round'"),
-    ("half_x_mm = 0", "contact#1.half_x_mm: 0.001 or more is needed, got 0"),
-    ("half_x_mm = 21", "contact#1.half_x_mm: the footprint from -3 to 39 mm leaves the block from -2 to 38 mm"),
-    (
-        "mu = 0.5\ncenter_y_mm = 18",
-        "contact#1.center_y_mm: the footprint from 14 to 22 mm leaves the block from -1 to 19 mm",
-    ),
-    ("mu = -0.5", "contact#1.mu: a finite number >= 0 is needed, got -0.5"),
-    ("mu = 1e9", "contact#1.mu: 100 or less is needed, got 1000000000.0"),
-    ("force_n = 5.73", "contact#1.force_n: a negative (compressive), finite force is needed, got 5.73"),
-    ("force_n = -1e99", "contact#1.force_n: -1e+06 or more is needed, got -1e+99"),
-    ("phi_deg = []", "contact#1.phi_deg: at least one value is needed, got []"),
-    ("phi_deg = {start = 0, stop = 9, step = -1}", "contact#1.phi_deg: a step of -1 does not lead from 0 to 9"),
+    ("rows = 1", "at least 2 taxels are needed, got 1"),
+    ("columns = 1", "at least 2 taxels are needed, got 1"),
+    ("rows = 410", "at most 4096 taxels (rows x columns) are supported, got 4100"),
+    ("thickness_mm = 1e9", "1000 or less is needed, got 1000000000.0"),
+    ('shape = "round"', "one of hertz, uniform, rounded is needed, got 'round'"),
+    ("half_x_mm = 0", "0.001 or more is needed, got 0"),
+    ("half_x_mm = 21", "the footprint from -3 to 39 mm leaves the block from -2 to 38 mm"),
+    ("mu = 0.5\ncenter_y_mm = 18", "the footprint from 14 to 22 mm leaves the block from -1 to 19 mm"),
+    ("mu = -0.5", "a finite number >= 0 is needed, got -0.5"),
+    ("mu = 1e9", "100 or less is needed, got 1000000000.0"),
+    ("force_n = 5.73", "a negative (compressive), finite force is needed, got 5.73"),
+    ("force_n = -1e99", "-1e+06 or more is needed, got -1e+99"),
+    ("phi_deg = []", "at least one value is needed, got []"),
+    ("phi_deg = {start = 0, stop = 9, step = -1}", "a step of -1 does not lead from 0 to 9"),
     # other sections
-    ("[input]\ntare_frames = -1", "input.tare_frames: 0 or more is needed, got -1"),
-    ('[input]\ncoding = "signed"', "input.coding: only codes have a coding: the unit must be codes, not Pa"),
-    ("[adc]\nbits = 5", "adc.bits: 6 to 20 is supported, got 5"),
-    ("[adc]\nfull_scale_pa = -1", "adc.full_scale_pa: 0.001 or more is needed, got -1"),
+    ("[input]\ntare_frames = -1", "0 or more is needed, got -1"),
+    ('[input]\ncoding = "signed"', "only codes have a coding: the unit must be codes, not Pa"),
+    ("[adc]\nbits = 5", "6 to 20 is supported, got 5"),
+    ("[adc]\nfull_scale_pa = -1", "0.001 or more is needed, got -1"),
+    ("[adc]\ncontact_threshold_codes = -1", "0 to 8191, the largest code, is needed, got -1"),
+    ("[search]\nsteps = 0", "1 to 4096 is supported, got 0"),
+    ("[search]\nplateau_tolerance = -1", "zero or more is needed, got -1.0"),
+    ('[formats]\nname = "huge"', "one of standard, wide is needed, got 'huge'"),
+    ("[formats]\ncoefficient_bits = 5", "6 to 27 bits are supported, got 5"),
+    ("[formats]\nforce_fraction_bits = -1", "0 to 16 bits are supported, got -1"),
+    ("[formats]\noperand_bits = 12", "the 14-bit converter needs an operand of 14 bits or more"),
+    ("[architecture]\nmac_lanes = 3", "a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3"),
+    ("[bus]\ntaxels_per_beat = 3", "1, 2 or 4 is needed, got 3"),
+    ('[architecture]\nkind = "serail"', "one of parallel, serial is needed, got 'serail'"),
+    ('[architecture]\nkind = "serial"\nmac_lanes = 4', "the serial core leaves nothing to choose, got 4"),
+    ("[formats.signals]\nsum = 16", 'unknown key, the nearest valid key is "sums"'),
+    ("[formats.signals]\ncoefficient.norm = 16", "unknown signal, the nearest is coefficient.normal"),
+    ("[formats.signals]\noperand.force = 5", "6 to 27 bits are supported, got 5"),
+    ("[formats.signals]\ncordic = 12", "at least 18 bits are needed beside the 18 of scalar, got 12"),
     (
-        "[adc]\ncontact_threshold_codes = -1",
-        "adc.contact_threshold_codes: 0 to 8191, the largest code, is needed, got -1",
+        '[architecture]\nkind = "serial"\n[formats.signals]\nsums = 12',
+        "a serial core has one multiplier and one memory for all signals: kind = parallel is needed",
     ),
-    ("[search]\nsteps = 0", "search.steps: 1 to 4096 is supported, got 0"),
-    ("[search]\nplateau_tolerance = -1", "search.plateau_tolerance: zero or more is needed, got -1.0"),
-    ('[formats]\nname = "huge"', "formats.name: one of standard, wide is needed, got 'huge'"),
-    ("[formats]\ncoefficient_bits = 5", "formats.coefficient_bits: 6 to 27 bits are supported, got 5"),
-    ("[formats]\nforce_fraction_bits = -1", "formats.force_fraction_bits: 0 to 16 bits are supported, got -1"),
-    ("[formats]\noperand_bits = 12", "formats.operand_bits: the 14-bit converter needs an operand of 14 bits or more"),
-    (
-        "[architecture]\nmac_lanes = 3",
-        "architecture.mac_lanes: a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
-    ),
-    ("[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: 1, 2 or 4 is needed, got 3"),
-    ('[architecture]\nkind = "serail"', "architecture.kind: one of parallel, serial is needed, got 'serail'"),
-    (
-        '[architecture]\nkind = "serial"\nmac_lanes = 4',
-        "architecture.mac_lanes: the serial core leaves nothing to choose, got 4",
-    ),
-    ("[formats.signals]\nsum = 16", 'formats.signals.sum: unknown key, the nearest valid key is "sums"'),
-    (
-        "[formats.signals]\ncoefficient.norm = 16",
-        "formats.signals.coefficient.norm: unknown signal, the nearest is coefficient.normal",
-    ),
-    ("[formats.signals]\noperand.force = 5", "formats.signals.operand.force: 6 to 27 bits are supported, got 5"),
-    (
-        "[formats.signals]\ncordic = 12",
-        "formats.signals.cordic: at least 18 bits are needed beside the 18 of scalar, got 12",
-    ),
-    (
-        '[formats.signals]\nsums = 12\n[architecture]\nkind = "serial"',
-        "formats.signals.sums: a serial core has one multiplier and one memory for all signals: "
-        "kind = parallel is needed",
-    ),
-    ('[target]\nname = "nexus"', "target.name: one of portable, ecp5, ice40 is needed, got 'nexus'"),
-    ('[target]\nimages = "hex"', "target.images: 'inline', 'readmemh' or 'load' is needed, got 'hex'"),
+    ('[target]\nname = "nexus"', "one of portable, ecp5, ice40 is needed, got 'nexus'"),
+    ('[target]\nimages = "hex"', "'inline', 'readmemh' or 'load' is needed, got 'hex'"),
     (
         '[architecture]\nkind = "serial"\n[target]\nimages = "load"',
-        "target.images: a serial core is always loaded: inline or readmemh, for its program, is needed",
+        "a serial core is always loaded: inline or readmemh, for its program, is needed",
     ),
-    ('[estimator]\nkind = "best"', "estimator.kind: 'tfra' or 'learned' is needed, got 'best'"),
-    ('[estimator]\nweights = "w.npz"', 'estimator.weights: belongs to kind = "learned"'),
-    ('[estimator]\nkind = "learned"\nweights = ""', "estimator.weights: a name is needed, got ''"),
-    ("[layer]\npoisson = 0.6", "layer.poisson: a value in (-1, 0.5] is needed, got 0.6"),
-    ('[layer]\nsampling = "line"', "layer.sampling: 'point' or 'area' is needed, got 'line'"),
-    ('[layer]\nsolver = "magic"', "layer.solver: 'series' or 'fem' is needed, got 'magic'"),
-    ('[layer]\nsolver = "fem"\nsampling = "area"', "layer.sampling: finite elements give the stress at points only"),
-    ('[layer]\nsolver = "fem"\npoisson = 0.5', "layer.poisson: finite elements need 0 <= nu < 0.5, got 0.5"),
+    ('[estimator]\nkind = "best"', "'tfra' or 'learned' is needed, got 'best'"),
+    ('[estimator]\nweights = "w.npz"', 'belongs to kind = "learned"'),
+    ('[estimator]\nkind = "learned"\nweights = ""', "a name is needed, got ''"),
+    ("[layer]\npoisson = 0.6", "a value in (-1, 0.5] is needed, got 0.6"),
+    ('[layer]\nsampling = "line"', "'point' or 'area' is needed, got 'line'"),
+    ('[layer]\nsolver = "magic"', "'series' or 'fem' is needed, got 'magic'"),
+    ('[layer]\nsolver = "fem"\nsampling = "area"', "finite elements give the stress at points only"),
+    ('[layer]\nsolver = "fem"\npoisson = 0.5', "finite elements need 0 <= nu < 0.5, got 0.5"),
 ]
 
 
-@pytest.mark.parametrize(("wrong", "line"), WRONG, ids=[line for _, line in WRONG])
+@pytest.mark.parametrize(("wrong", "line"), WRONG, ids=[f"{wrong}: {line}" for wrong, line in WRONG])
 def test_wrong_content(complaint: Any, wrong: str, line: str) -> None:
-    key, _, value = wrong.partition(" = ")
-    text = re.sub(rf"(?m)^{key} = .*$", wrong if value else "", GOOD) if re.match(r"\w", wrong) else GOOD + wrong
-    assert complaint(text) == f"sensor.toml: {line}"
+    """The line is about the last key of ``wrong``, if it does not say otherwise."""
+    first, _, value = wrong.partition(" = ")
+    text = GOOD + wrong if wrong.startswith("[") else re.sub(rf"(?m)^{first} = .*$", wrong if value else "", GOOD)
+    sections, keys = re.findall(r"(?m)^\[(.+)\]$", wrong), re.findall(r"(?m)^([\w.]+)(?: =|$)", wrong)
+    section = (sections or ["sensor" if f"\n{first} = " in SENSOR else "contact#1"])[-1]
+    key = ".".join([section, *keys[-1:]])
+    assert complaint(text) in (f"sensor.toml: {line}", f"sensor.toml: {key}: {line}")
 
 
 @pytest.mark.parametrize("name", ["", "7up", "a b", "a-b", "a\\n", "x" * 64])

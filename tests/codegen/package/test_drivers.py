@@ -7,7 +7,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
@@ -17,8 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tests.codegen.package.c_driver import SOURCES, STRICT, CCore, compiled
 from tests.codegen.package.test_simulated import DESIGN, frames
@@ -117,15 +114,6 @@ def test_the_coefficients(package: Path, host: ModuleType) -> None:
     assert [int(word) for word in text.split(",") if word.strip()] == loaded.tolist()
     (package / "load.hex").write_text("".join(f"{int(word) & 0x3FFFF:05x}\n" for word in loaded))
     assert host.read_coefficients(package / "load.hex", FACTS) == loaded.tolist()
-
-
-@settings(max_examples=50)
-@given(words=st.lists(st.integers(0, 0xFFFFFFFF)))
-def test_crc(library: ctypes.CDLL, words: list[int]) -> None:
-    library.tfra_crc32.restype, crc = ctypes.c_uint32, 0
-    for word in words:
-        crc = library.tfra_crc32(ctypes.c_uint32(crc), ctypes.c_uint32(word))
-    assert crc == zlib.crc32(struct.pack(f"<{len(words)}I", *words))
 
 
 def beats(design: Design, words: list[int], forces: bool = True, header: tuple[int, int] = (0, 1 << 24)) -> list[int]:
