@@ -4,9 +4,7 @@ import errno
 import hashlib
 import multiprocessing
 import os
-import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
@@ -26,12 +24,11 @@ from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.hdl.cores import microarchitecture
 from tfra.runtime.errors import InputError
-from tfra.runtime.store import work_folder
 from tfra.study.run import run
 from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
-from tfra.study.workers import ONE_THREAD, cluster, fingerprint, processes
+from tfra.study.workers import ONE_THREAD, cluster
 
 STUDY = (
     GOOD
@@ -55,11 +52,6 @@ generations = 2
 size = 6
 """
 )
-
-
-@contextmanager
-def silent(name: str, unit: str, jobs: int, there: int) -> Iterator[Any]:
-    yield lambda: None
 
 
 class Heard:
@@ -105,8 +97,11 @@ def real(place: Path) -> Path:
     return place / "real"
 
 
-def alone(place: Path, out: str, work: str) -> None:
-    run(load_study(place / "study.toml"), place / out, place / work, nullcontext(one_after_another), "me", silent)
+def alone(place: Path, out: str, work: str, study: str = "study") -> Heard:
+    """A study by this process alone."""
+    heard = Heard()
+    run(load_study(place / f"{study}.toml"), place / out, place / work, nullcontext(one_after_another), "me", heard)
+    return heard
 
 
 def table(report: Path, name: str) -> pl.DataFrame:
@@ -155,17 +150,8 @@ def test_what_is_found_is_the_least_that_is_close(report: Path) -> None:
     assert designs.filter(name="uniform")[CHANGE].item() == plain.sort("bits")[CHANGE][0]
 
 
-@pytest.mark.long
-def test_two_processes_make_the_same_bytes(place: Path, real: Path) -> None:
-    study = load_study(place / "study.toml")
-    run(study, place / "two", place / "two.work", processes(2), "two processes", silent)
-    assert content(place / "two") == content(real)
-
-
 def test_finished_work_is_not_done_again(place: Path, report: Path) -> None:
-    heard = Heard()
-    study = load_study(place / "study.toml")
-    run(study, place / "again", place / "work", nullcontext(one_after_another), "me", heard)
+    heard = alone(place, "again", "work")
     assert set(heard.done.values()) == {0}
     assert content(place / "again") == content(report)
 
@@ -174,9 +160,7 @@ def test_finished_work_is_not_done_again(place: Path, report: Path) -> None:
 def test_a_longer_search_begins_where_the_shorter_ended(place: Path, report: Path) -> None:
     """Errors and comparisons are there; the search has another description."""
     (place / "longer.toml").write_text(STUDY.replace("generations = 2", "generations = 3"))
-    heard = Heard()
-    study = load_study(place / "longer.toml")
-    run(study, place / "longer", place / "work", nullcontext(one_after_another), "me", heard)
+    heard = alone(place, "longer", "work", "longer")
     assert heard.done["trials"] == 6
     assert heard.done["sensitivity"] == heard.done["errors"] == heard.done["frames"] == 0
 
@@ -223,9 +207,7 @@ def test_two_kills_change_nothing(place: Path, real: Path) -> None:
         workers = [int(number) for number in (place / "workers").read_text().split()]
         assert len(workers) == 2
         assert all(ended(worker) for worker in workers)
-    heard = Heard()
-    study = load_study(place / "study.toml")
-    run(study, place / "end", place / "end.work", nullcontext(one_after_another), "me", heard)
+    heard = alone(place, "end", "end.work")
     assert content(place / "end") == content(real)
     assert sum(heard.there.values()) >= 19
 
@@ -242,55 +224,9 @@ def ended(process: int) -> bool:
 
 def complaint(study: Path, out: Path, work: Path, **more: Any) -> str:
     with pytest.raises(InputError) as caught:
-        run(load_study(study), out, work, nullcontext(one_after_another), "me", silent, **more)
+        run(load_study(study), out, work, nullcontext(one_after_another), "me", Heard(), **more)
     assert not out.exists()
     return str(caught.value).replace(f"{study.parent}/", "")
-
-
-def test_a_folder_of_somebody_else(place: Path, tmp_path: Path) -> None:
-    (tmp_path / "mine.txt").write_text("mine")
-    line = complaint(place / "study.toml", tmp_path / "out", tmp_path)
-    assert line == f"{tmp_path}: is not the folder of a study: choose another one by --work"
-    assert (tmp_path / "mine.txt").read_text() == "mine"
-
-
-def test_a_folder_of_other_sources(place: Path, report: Path, tmp_path: Path) -> None:
-    shutil.copytree(place / "work", tmp_path / "work")
-    about = tmp_path / "work" / "study.json"
-    about.write_text(about.read_text().replace('"sources": "', '"sources": "0'))
-    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert "work: has work of tfra 0.1.0 with other sources, which is kept: choose another" in line
-
-
-def test_a_folder_that_is_in_use(place: Path, report: Path, tmp_path: Path) -> None:
-    with work_folder(place / "work", "study", fingerprint()):
-        line = complaint(place / "study.toml", tmp_path / "out", place / "work")
-    assert line == "work: is in use by another run: wait for it, or choose another folder by --work"
-
-
-def test_a_corrupt_table_of_trials(place: Path, report: Path, tmp_path: Path) -> None:
-    shutil.copytree(place / "work", tmp_path / "work")
-    (tmp_path / "work" / "trials.sqlite").write_bytes(b"no database at all, but long enough to be taken for one" * 99)
-    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert line == f"sqlite:///{tmp_path}/work/trials.sqlite: file is not a database"
-
-
-def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Finished trials stay."""
-    monkeypatch.setattr("tfra.study.search.trials.PATIENCE", 0.1)
-    shutil.copytree(place / "work", tmp_path / "work")
-    (place / "more.toml").write_text(STUDY.replace("size = 6", "size = 7"))
-    table = tmp_path / "work" / "trials.sqlite"
-    other = sqlite3.connect(table)
-    before = other.execute("SELECT * FROM trials").fetchall()
-    other.execute("BEGIN EXCLUSIVE")
-    url = f"sqlite:///{table}"
-    line = complaint(place / "more.toml", tmp_path / "out", tmp_path / "work", trials=url)
-    assert line == f"{url}: database is locked"
-    other.rollback()
-    assert len(before) == 24
-    assert other.execute("SELECT * FROM trials").fetchall() == before
-    other.close()
 
 
 def test_a_table_that_can_not_be_reached_keeps_its_password(place: Path, report: Path, tmp_path: Path) -> None:
@@ -298,14 +234,6 @@ def test_a_table_that_can_not_be_reached_keeps_its_password(place: Path, report:
         line = complaint(place / "study.toml", tmp_path / "out", place / "work", trials=url)
         assert line.startswith(named)
         assert "secret" not in line
-
-
-def test_a_damaged_piece(place: Path, report: Path, tmp_path: Path) -> None:
-    shutil.copytree(place / "work", tmp_path / "work")
-    piece = next((tmp_path / "work" / "pieces").glob("errors-*/*"))
-    piece.write_bytes(piece.read_bytes()[:-1])
-    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert line == f"{piece}: is not as it was written: remove it, to have it made again"
 
 
 def test_frames_that_are_all_degenerate(place: Path, tmp_path: Path) -> None:
@@ -334,33 +262,16 @@ def test_a_full_disk(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert line.endswith("work: cannot be written: No space left on device")
 
 
-def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
-    code = main(["study", *arguments])
-    return code, capsys.readouterr().err
-
-
-def test_nobody_answers_the_command(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = str(place / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler"
-    code, line = command(capsys, *arguments, "nobody://")
-    assert code == 2
-    assert line.startswith("--scheduler: no Dask scheduler answers at nobody://: ")
-    assert line.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_workers_of_a_scheduler_are_its_own(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = str(place / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler", "tcp://x:1", "--workers", "2"
-    assert command(capsys, *arguments) == (
-        2, "--workers: is for local processes: a scheduler has its own workers\n"
-    )  # fmt: skip
+    more = ["--out", str(tmp_path / "out"), "--scheduler", "tcp://x:1", "--workers", "2"]
+    assert main(["study", str(place / "study.toml"), *more]) == 2
+    assert capsys.readouterr().err == "--workers: is for local processes: a scheduler has its own workers\n"
 
 
 @pytest.mark.long
 def test_a_cluster_makes_the_same_bytes(place: Path, real: Path) -> None:
     """One of its workers is killed in the middle."""
-    variables = {**ONE_THREAD}
-    for name, value in variables.items():
-        os.environ[name] = value
+    os.environ.update(ONE_THREAD)
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as two:
         victim = next(iter(two.workers.values())).pid
         heard = Heard()

@@ -7,16 +7,14 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.study.definitions import MIXTURE, SENSOR, definition, design
+from tests.study.definitions import SENSOR, definition, design
 from tests.study.frames.test_mixture import contacts_of, head
 from tfra.model.converter import convert
 from tfra.model.fixed.words import decode
-from tfra.model.metrics import Contact, rotation_deg, turn_deg
+from tfra.model.metrics import Contact, rotation_deg
 from tfra.model.tfra import Status, Tfra
 from tfra.study.errors.cascade import SIGNED, Cascade, Step, View, decision_column, differences, error_column
 from tfra.study.frames.block import Block, Part
-
-QUIET = MIXTURE.replace("noise_share_of_peak = 0.001", "").replace("offset_share_of_peak = [-0.005, 0, 0.005]", "")
 
 
 @pytest.fixture(scope="module")
@@ -97,25 +95,6 @@ def test_own_shares_of_signed_quantities_add_up(scores):
         assert np.array_equal(own[0], column(scores, quantity, Step.METHOD), equal_nan=True)
 
 
-def test_without_noise_and_offset_the_noise_is_no_step():
-    scores = Cascade(SENSOR, definition(QUIET).make(Part.TRAIN, 0))(design())
-    for quantity in SIGNED:
-        assert set(column(scores, quantity, Step.NOISE, View.OWN)) == {0}
-
-
-def test_a_wide_core_has_less_arithmetic_error_and_a_long_converter_less_of_its_own(block):
-    def worst(quantity: str, step: Step, core: object) -> float:
-        return float(np.nanquantile(np.abs(column(Cascade(SENSOR, block)(core), quantity, step, View.OWN)), 0.9))
-
-    core = design()
-    wide = replace(
-        core, formats=replace(core.formats, coefficient=24, operand=24, vector_fraction=14, force_fraction=8)
-    )
-    assert worst("force_x_n", Step.ARITHMETIC, wide) < 0.1 * worst("force_x_n", Step.ARITHMETIC, core)
-    long = replace(core, adc=replace(core.adc, bits=18))
-    assert worst("force_x_n", Step.CONVERTER, long) < 0.5 * worst("force_x_n", Step.CONVERTER, core)
-
-
 def test_a_corrupted_result_is_seen_in_its_step_and_what_follows(block, scores):
     moved = replace(block, noisy=block.noisy * np.float32(1.01))
     changed = Cascade(SENSOR, moved)(design())
@@ -188,14 +167,6 @@ def test_percent_of_nothing_is_undefined():
     )
     found = differences(none, none, none)
     assert [key for key, value in found.items() if np.isnan(value[0])] == [key for key in SIGNED if "percent" in key]
-
-
-@pytest.mark.parametrize(
-    ("start", "end", "way"), [(350, 10, 20), (10, 350, -20), (0, 180, -180), (0, 179, 179), (5, 5, 0)]
-)
-def test_rotation(start, end, way):
-    assert rotation_deg(start, end) == way
-    assert turn_deg(start, end) == abs(way)
 
 
 def test_a_block_of_one_frame(block, scores):

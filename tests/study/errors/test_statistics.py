@@ -1,6 +1,7 @@
 """Tables against NumPy and formulas by hand, on rows that were made up."""
 
 import math
+from itertools import product
 
 import numpy as np
 import polars as pl
@@ -19,19 +20,11 @@ def made_up(count: int, seed: int = 0) -> pl.DataFrame:
     """Rows of frames that nothing is wrong with."""
     rng = np.random.default_rng(seed)
     columns = {"frame": np.arange(count) + 1000}
-    columns |= {
-        error_column(key, step, view): (rng.normal(size=count) ** 3 if signed else rng.exponential(size=count)).astype(
-            "f4"
-        )
-        for key, signed in SIGNED.items()
-        for step in Step
-        for view in View
-    }
-    columns |= {
-        decision_column(key, step): np.zeros(count, dtype=bool if kind is pl.Boolean else np.int16)
-        for key, kind in DECISIONS.items()
-        for step in Step
-    }
+    for (key, signed), step, view in product(SIGNED.items(), Step, View):
+        values = rng.normal(size=count) ** 3 if signed else rng.exponential(size=count)
+        columns[error_column(key, step, view)] = values.astype("f4")
+    for (key, kind), step in product(DECISIONS.items(), Step):
+        columns[decision_column(key, step)] = np.zeros(count, dtype=bool if kind is pl.Boolean else np.int16)
     return pl.DataFrame(columns)
 
 
@@ -71,28 +64,11 @@ def test_quantiles_are_those_of_all_blocks_together(count, seed):
         assert found["bias"] == (pytest.approx(math.fsum(values) / len(values), rel=1e-9) if signed else None)
 
 
-@pytest.mark.parametrize(
-    ("count", "known"),
-    [
-        (19, []),
-        (20, ["median"]),
-        (199, ["median"]),
-        (200, ["median", "p95"]),
-        (9_999, ["median", "p95"]),
-        (10_000, ["median", "p95", "p99_9"]),
-    ],
-)
+@pytest.mark.parametrize(("count", "known"), [(19, 0), (20, 1), (199, 1), (200, 2), (9_999, 2), (10_000, 3)])
 def test_a_percentile_without_ten_frames_beyond_it_is_null(count, known):
-    table = errors(made_up(count))
-    for found in table.rows(named=True):
-        assert [key for key in ("median", "p95", "p99_9") if found[key] is not None] == known
-
-
-def test_the_worst_frame_is_named_by_its_number():
-    column = error_column("force_z_n", Step.CONVERTER, View.TOTAL)
-    table = errors(changed(made_up(50), column, {17: -1e3, 31: 1e3}))
-    found = row(table, quantity="force_z_n", step="converter", view="total")
-    assert (found["worst"], found["worst_frame"]) == (1000.0, 1017)
+    names = ["median", "p95", "p99_9"]
+    for found in errors(made_up(count)).rows(named=True):
+        assert [key for key in names if found[key] is not None] == names[:known]
 
 
 def test_unknown_values_are_not_counted():
@@ -168,15 +144,12 @@ def test_no_frames_have_no_rate():
 
 
 def test_tables_of_a_cascade_are_whole():
-    """Real rows: steps in order, wide enough to see that the method is what errs most."""
-    block = definition(train=600).make(Part.TRAIN, 0)
-    scores = Cascade(SENSOR, block)(design())
+    """Real rows: the method is what errs most."""
+    scores = Cascade(SENSOR, definition(train=600).make(Part.TRAIN, 0))(design())
     table = errors(scores)
     assert table.schema == errors(made_up(1)).schema
-    assert table["median"].null_count() == 0
     size = {step: row(table, quantity="force_difference_percent_of_true_force", step=step, view="own") for step in Step}
     assert size["method"]["median"] > size["converter"]["median"] > size["arithmetic"]["median"] > 0
     left_out = row(flagged(scores), step="any", status="left_out")["frames"]
     assert 0 < left_out < 600
     assert row(table, quantity="mu", step="method", view="total")["count"] == 600 - left_out
-    assert row(table, quantity="phi_deg", step="method", view="total")["count"] <= 600 - left_out

@@ -29,19 +29,10 @@ def head(block: Block, count: int) -> Block:
 
 
 def contacts_of(block: Block) -> list[Contact]:
-    rows = block.truth.rows(named=True)
+    keys = ("shape", "center_x_m", "center_y_m", "half_x_m", "half_y_m", "force_z_n", "mu")
     return [
-        Contact(
-            r["shape"],
-            r["center_x_m"],
-            r["center_y_m"],
-            r["half_x_m"],
-            r["half_y_m"],
-            r["force_z_n"],
-            r["mu"],
-            0.0 if np.isnan(r["phi_deg"]) else np.radians(r["phi_deg"]),
-        )
-        for r in rows
+        Contact(*(row[key] for key in keys), 0.0 if np.isnan(row["phi_deg"]) else np.radians(row["phi_deg"]))
+        for row in block.truth.rows(named=True)
     ]
 
 
@@ -93,34 +84,15 @@ def test_a_peak_in_place_of_a_force_scales_the_frame():
     assert block.truth["mu"].equals(by_force.truth["mu"])
 
 
-def test_noise_and_offset_are_shares_of_the_peak():
-    loud = MIXTURE.replace("noise_share_of_peak = 0.001", "noise_share_of_peak = 0.02")
-    block = definition(loud, train=BLOCK).make(Part.TRAIN, 0)
-    peak = np.abs(block.stress).max(axis=(1, 2), keepdims=True)
-    error = (block.noisy - block.stress.astype(np.float64)) / peak
-    noise, offset = (block.truth[f"{key}_share_of_peak"].to_numpy() for key in ("noise", "offset"))
-    error -= offset[:, None, None]
-    np.testing.assert_allclose(error[noise > 0].std(), 0.02, rtol=0.02)
-    np.testing.assert_allclose(error[noise > 0].mean(), 0, atol=5e-4)
-    quiet = noise == 0
-    assert quiet.any()
-    np.testing.assert_allclose(error[quiet], 0, atol=1e-7)
-    assert np.array_equal(block.noisy[quiet & (offset == 0)], block.stress[quiet & (offset == 0)])
-
-
-def test_noise_has_a_generator_of_its_own():
+def test_noise_and_offset_are_shares_of_the_peak_and_noise_has_a_generator_of_its_own():
     block = definition().make(Part.TRAIN, 0)
     normal = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(0, 0, 1))).standard_normal((40, 6, 8))
     noise, offset = (block.truth[f"{key}_share_of_peak"].to_numpy()[:, None, None] for key in ("noise", "offset"))
     peak = np.abs(block.stress).max(axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(block.noisy, block.stress + peak * (noise * normal + offset), rtol=1e-5, atol=1e-2)
-
-
-def test_noise_changes_nothing_else():
-    block = definition().make(Part.TRAIN, 0)
-    louder = definition(MIXTURE.replace("0.001", "0.01")).make(Part.TRAIN, 0)
-    assert np.array_equal(block.stress, louder.stress)
-    assert not np.array_equal(block.noisy, louder.noisy)
+    quiet = (noise == 0).ravel() & (offset == 0).ravel()
+    assert quiet.any()
+    assert np.array_equal(block.noisy[quiet], block.stress[quiet])
 
 
 @settings(max_examples=10, deadline=None)
@@ -154,24 +126,17 @@ def test_a_range_with_log_over_negative_values():
     np.testing.assert_allclose(values, [-10, -1, -0.1])
 
 
+MOVING, FIXED = (f"center_x_share = {x}\ncenter_y_share = 0.5" for x in ("{from = 0, to = 1}", "1"))
 WRONG = [
     ("weight = 3", "weight = 0", "mixture#1.weight: a number above 0 is needed, got 0"),
     ('shape = "uniform"', 'shape = "cone"', "mixture#2.shape: one of hertz, uniform, rounded is needed, got 'cone'"),
     ("to = 2.5, log", "to = 4.5, log", "mixture#1.half_x_pitches: a footprint of 2 x 4.5 pitches does not fit on the "),
-    (
-        "from = 0.5, to = 2.5",
-        "from = 0, to = 2.5",
-        "half_x_pitches: a range with log needs ends of one sign, got from 0",
-    ),
+    ("from = 0.5, to = 2.5", "from = 0, to = 2.5", "half_x_pitches: a range with log needs ends of one sign, got from"),
     ("from = -10, to = -1", "from = -1, to = -10", "mixture#1.force_n: a range upwards is needed, got from -1 to -10"),
     ("force_n = -2", "force_n = 2", "mixture#2.force_n: -1e+06 to -1e-06 is needed, got 2"),
     ("mu = [0, 0.5]", "mu = [0, 1.5]", "mixture#2.mu: 0 to 1 is needed, got 1.5"),
     ("center_y_share = 0.25", "center_y_share = -1", "mixture#1.center_y_share: 0 to 1 is needed, got -1"),
-    (
-        "center_x_share = {from = 0, to = 1}\ncenter_y_share = 0.5",
-        "center_x_share = 1\ncenter_y_share = 0.5",
-        "mixture#2: ",
-    ),
+    (MOVING, FIXED, "mixture#2: without a range the same contacts would be in both parts"),
 ]
 
 
@@ -186,10 +151,7 @@ def test_a_wrong_component_is_told_in_one_line_with_its_key(text, changed, compl
 
 
 def test_one_part_alone_may_have_the_same_contacts_again():
-    text = MIXTURE.replace(
-        "center_x_share = {from = 0, to = 1}\ncenter_y_share = 0.5", "center_x_share = 1\ncenter_y_share = 0.5"
-    )
-    assert definition(text, held_out=0).blocks(Part.HELD_OUT) == 0
+    assert definition(MIXTURE.replace(MOVING, FIXED), held_out=0).blocks(Part.HELD_OUT) == 0
 
 
 def test_finite_elements_are_refused():

@@ -1,11 +1,10 @@
 """A search has the same trials whoever measures them and however often it is interrupted."""
 
 import itertools
-import os
-import signal
-import subprocess
-import sys
+import sqlite3
 from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,10 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.study.definitions import one_after_another
-from tfra.study.search.search import SAMPLERS, Measured, Search, front
+from tfra.study.search.search import Measured, Search, front
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT, StoreError, Trial, Trials, sqlite
-from tfra.study.workers import processes
 
 BITS = tuple(range(6, 19))
 SPACE = Space({"coefficient": BITS, "operand.force": BITS, "coefficient.normal": BITS, "mac_lanes": (4, 8, 16)})
@@ -61,44 +59,10 @@ def test_any_order_of_the_workers_gives_the_same_trials(tmp_path: Path, whole: l
     assert run(tmp_path / "backwards.db", workers=backwards) == whole
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("sampler", SAMPLERS)
-def test_any_number_of_workers_gives_the_same_trials(tmp_path: Path, sampler: str) -> None:
-    search = Search(SPACE, ("error", "bits"), generations=3, size=6, seed=2, sampler=sampler)
-    alone = run(tmp_path / "alone.db", search)
-    assert len(alone) == 18
-    with processes(2) as two:
-        assert run(tmp_path / "two.db", search, two) == alone
-
-
 @pytest.mark.parametrize("seen", [1, 8, 13, 31])
 def test_an_interrupted_search_continues(tmp_path: Path, whole: list[Trial], seen: int) -> None:
     assert len(run(tmp_path / "cut.db", most=seen)) == seen
     assert run(tmp_path / "cut.db") == whole
-
-
-KILLED = """
-import os, signal
-from pathlib import Path
-from tests.study.search import test_search as this
-from tests.study.definitions import one_after_another
-from tfra.study.search.trials import Trials, sqlite
-trials = Trials(sqlite(Path({path!r})), "search")
-for number, trial in enumerate(this.SEARCH.run(this.measure, trials, one_after_another)):
-    if number == {last}:
-        os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_a_killed_search_continues(tmp_path: Path, whole: list[Trial]) -> None:
-    path, root = tmp_path / "killed.db", Path(__file__).parents[3]
-    killed = subprocess.run(
-        [sys.executable, "-c", KILLED.format(path=str(path), last=12)],
-        cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, check=False,
-    )  # fmt: skip
-    assert killed.returncode == -signal.SIGKILL
-    assert len(Trials(sqlite(path), "search")()) == 13
-    assert run(path) == whole
 
 
 def test_what_is_in_the_table_is_not_measured_again(tmp_path: Path) -> None:
@@ -116,28 +80,21 @@ def test_what_is_in_the_table_is_not_measured_again(tmp_path: Path) -> None:
     assert len(set(keys)) == len(keys)
 
 
-def test_another_seed_is_another_search(tmp_path: Path) -> None:
-    found = [
-        [trial.indices for trial in run(tmp_path / f"{seed}.db", Search(SPACE, ("error", "bits"), 1, 8, seed))]
-        for seed in (1, 2)
-    ]
-    assert found[0] != found[1]
+def test_another_seed_is_another_search(tmp_path: Path, whole: list[Trial]) -> None:
+    other = run(tmp_path / "other.db", replace(SEARCH, seed=6, generations=1))
+    assert [trial.indices for trial in other] != [trial.indices for trial in whole[:8]]
 
 
 def test_generations_get_better(tmp_path: Path) -> None:
-    """Of the last generation more are within reach of the front of all than of the first, which is random."""
-    search = Search(SPACE, ("error", "bits"), generations=6, size=16, seed=3)
-    trials = run(tmp_path / "trials.db", search)
-    best = front(trials, search.objectives)
+    """Of the last generations more are within reach of the front of all than of the first, which are random."""
+    trials = run(tmp_path / "trials.db", Search(SPACE, ("error", "bits"), generations=6, size=16, seed=3))
+    best = [one.values for one in front(trials, SEARCH.objectives)]
 
-    def near(some: Sequence[Trial]) -> int:
-        return sum(
-            trial.state == COMPLETE
-            and any(all(trial.values[n] <= 1.3 * one.values[n] for n in search.objectives) for one in best)
-            for trial in some
-        )
-
-    assert near(trials[-32:]) > near(trials[:32])
+    near = [
+        trial.state == COMPLETE and any(all(trial.values[n] <= 1.3 * one[n] for n in SEARCH.objectives) for one in best)
+        for trial in trials
+    ]
+    assert sum(near[-32:]) > sum(near[:32])
 
 
 def test_a_space_where_nothing_fits(tmp_path: Path) -> None:
@@ -165,18 +122,23 @@ def test_trials_that_were_stopped_are_on_no_front() -> None:
     assert front([Trial(0, STOPPED, {}, {"a": 0.0}), Trial(1, COMPLETE, {}, {"a": 1.0})], ("a",))[0].number == 1
 
 
-def test_searches_in_one_table_do_not_meet(tmp_path: Path) -> None:
+def test_searches_in_one_table_do_not_meet_and_the_first_writer_counts(tmp_path: Path) -> None:
     url = sqlite(tmp_path / "trials.db")
-    Trials(url, "one").add(Trial(0, COMPLETE, {"operand": 1}, {"a": 0.1}), 1.0)
+    for value in (0.1, 0.2):
+        Trials(url, "one").add(Trial(0, COMPLETE, {"operand": 1}, {"a": value}), 1.0)
     assert Trials(url, "two")() == []
     assert Trials(url, "one")() == [Trial(0, COMPLETE, {"operand": 1}, {"a": 0.1})]
 
 
-def test_the_first_of_two_writers_counts(tmp_path: Path) -> None:
-    url = sqlite(tmp_path / "trials.db")
-    for value in (0.1, 0.2):
-        Trials(url, "one").add(Trial(0, COMPLETE, {}, {"a": value}), 1.0)
-    assert Trials(url, "one")()[0].values == {"a": 0.1}
+def test_a_locked_table_keeps_its_trials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tfra.study.search.trials.PATIENCE", 0.1)
+    trials, trial = Trials(sqlite(tmp_path / "trials.db"), "one"), Trial(0, COMPLETE, {})
+    trials.add(trial, 1.0)
+    with closing(sqlite3.connect(tmp_path / "trials.db")) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(StoreError, match=r"^database is locked$"):
+            trials.add(replace(trial, number=1), 1.0)
+    assert trials() == [trial]
 
 
 @pytest.mark.parametrize(
