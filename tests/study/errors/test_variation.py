@@ -11,12 +11,11 @@ import pytest
 
 from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, design, section, tables_of
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.words import decode
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Status, Tfra
+from tfra.model.tfra import Tfra
 from tfra.study.errors.cascade import SIGNED, Cascade, Step, View
-from tfra.study.errors.statistics import errors, flips
+from tfra.study.errors.statistics import errors, flagged, flips
 from tfra.study.errors.variation import Variation, cascade_of
 from tfra.study.frames.block import BLOCK, Part
 from tfra.study.frames.frameset import Definition, FrameSet
@@ -26,9 +25,9 @@ EVEN = MIXTURE.replace("force_n = -2", "force_n = -2\nnoise_share_of_peak = 0.00
 """All frames have noise of the same share."""
 
 
-def shorter(bits: int) -> TfraDesign:
+def changed(**formats: Any) -> TfraDesign:
     base = design()
-    return replace(base, formats=replace(base.formats, name="custom", coefficient=bits))
+    return replace(base, formats=replace(base.formats, name="custom", **formats))
 
 
 @pytest.fixture(scope="module")
@@ -38,19 +37,14 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
     return found
 
 
-def truncated() -> TfraDesign:
-    base = design()
-    return replace(base, formats=replace(base.formats, rounding=Rounding.TRUNCATE))
-
-
 def some() -> tuple[Variation, ...]:
     """Variations that have little in common."""
     return (
         Variation.of({"name": "base"}, design, compared=tuple(Step)),
-        Variation.of({"name": "coarse"}, lambda: shorter(10)),
-        Variation.of({"name": "none"}, lambda: shorter(5)),
+        Variation.of({"name": "coarse"}, lambda: changed(coefficient=10)),
+        Variation.of({"name": "none"}, lambda: changed(coefficient=5)),
         Variation.of({"name": "noise"}, design, noise=0.01, compared=(Step.NOISE, Step.CONVERTER)),
-        Variation.of({"name": "cut"}, truncated),
+        Variation.of({"name": "cut"}, lambda: changed(rounding=Rounding.TRUNCATE)),
     )
 
 
@@ -63,43 +57,17 @@ def table(frames: FrameSet) -> pl.DataFrame:
     return measured(frames, some())
 
 
-def test_the_base_is_the_cascade(frames, table):
-    blocks = pl.concat([Cascade(SENSOR, block)(design()) for block in frames.blocks(Part.TRAIN)])
-    expected = errors(blocks)
-    found = table.filter(name="base")
+@pytest.mark.parametrize("each", [each for each in some() if each.design], ids=lambda each: each.facts["name"])
+def test_errors_are_those_of_the_cascade_on_all_frames(frames, table, each):
+    cascades = [cascade_of(frames, Part.TRAIN, number) for number in (0, 1)]
+    scores = pl.concat([cascade(each.design, noise=each.noise) for cascade in cascades])
+    expected = errors(scores, each.compared)
+    found = table.filter(name=each.facts["name"])
     assert found.select(expected.columns).equals(expected)
-    rate = flips(blocks).filter(step=Step.ARITHMETIC, decision="sweep_index_equal")["rate"].item()
+    rate = flips(scores).filter(step=Step.ARITHMETIC, decision="sweep_index_equal")["rate"].item()
     assert set(found["sweep_index_equal"]) == {rate}
+    assert set(found["left_out"]) == {flagged(scores)["frames"][-1]}
     assert set(found["frames"]) == {BLOCK + 60}
-
-
-def test_a_shorter_word_against_direct_calls(frames, table):
-    core, lsb = shorter(10), 400e3 / 2**11
-    noisy = np.concatenate([block.noisy for block in frames.blocks(Part.TRAIN)]).astype(np.float64)
-    exact = np.concatenate([block.stress for block in frames.blocks(Part.TRAIN)])
-    true = np.concatenate([block.resultant for block in frames.blocks(Part.TRAIN)])
-    codes = np.clip(np.rint(noisy / lsb), -2048, 2047).astype(np.int64)
-    tfra = Tfra(SENSOR, 100, contact_threshold=core.adc.threshold * lsb)
-    by_float, by_words = tfra(codes * lsb), decode(core, core.model(codes).words)
-    flags = tfra(exact).status | tfra(noisy).status | by_float.status | (by_words.status & ~Status.OUTPUT_SATURATED)
-    keep = flags & ~Status.INPUT_SATURATED == 0
-    modulus = np.linalg.norm(true, axis=1)
-    expected = {
-        ("mu", "own"): (by_words.mu - by_float.mu)[keep],
-        ("force_z_n", "total"): (by_words.resultant - true)[keep, 2],
-        ("force_difference_percent_of_true_force", "own"): (
-            100 * np.linalg.norm(by_words.resultant - by_float.resultant, axis=1) / modulus
-        )[keep],
-    }
-    for (quantity, view), values in expected.items():
-        (row,) = table.filter(name="coarse", quantity=quantity, view=view).rows(named=True)
-        assert (row["step"], row["count"]) == ("arithmetic", keep.sum())
-        assert row["left_out"] == (~keep).sum()
-        assert row["median"] == pytest.approx(np.median(np.abs(values)), rel=1e-6)
-        assert row["p95"] == pytest.approx(np.quantile(np.abs(values), 0.95), rel=1e-6)
-        assert row["worst"] == pytest.approx(np.abs(values).max(), rel=1e-6)
-        if SIGNED[quantity]:
-            assert row["bias"] == pytest.approx(values.mean(), rel=1e-4)
 
 
 def test_what_does_not_fit_is_there_with_its_reason(table):
@@ -142,7 +110,9 @@ def test_float_is_asked_once_for_what_variations_share(frames, monkeypatch):
         return original(self, frames, **options)
 
     monkeypatch.setattr(Tfra, "__call__", counted)
-    variations = tuple(Variation.of({"bits": bits}, lambda bits=bits: shorter(bits)) for bits in (12, 14, 16))
+    variations = tuple(
+        Variation.of({"bits": bits}, lambda bits=bits: changed(coefficient=bits)) for bits in (12, 14, 16)
+    )
     Comparison("measured", frames, variations)(Job(1, 0, 3))
     assert len(asked) == 3
 

@@ -158,30 +158,22 @@ class Document(Section):
     frames: FramesSection
 
 
-FORM = [
-    ({"seeed": 1}, 'frames.seeed: unknown key, the nearest valid key is "seed"'),
-    ({"mixture": {}}, "frames.mixture: an array of tables, [[frames.mixture]], is needed, got {}"),
-    ({"mixture": [{}]}, "frames.mixture#1.shape: is missing"),
-]
-ITEM = [
-    ({"mu": {"from": 0, "too": 1}}, 'frames.mixture#1.mu.too: unknown key, the nearest valid key is "to"'),
-    ({"mu": {"from": 0}}, "frames.mixture#1.mu.to: is missing"),
-    ({"mu": []}, "frames.mixture#1.mu: at least one value is needed, got []"),
-    ({"mu": [1, "a"]}, "frames.mixture#1.mu#2: a number is needed, got 'a'"),
-    ({"mu": {"from": 0, "to": 1, "log": 1}}, "frames.mixture#1.mu.log: true or false is needed, got 1"),
-    ({"shape": ["hertz", 2]}, "frames.mixture#1.shape#2: a text in quotes is needed, got 2"),
-    ({"mu": float("inf")}, "frames.mixture#1.mu: a finite number is needed, got inf"),
-]
-
-
-@pytest.mark.parametrize(("changes", "line"), FORM + [({"mixture": [item]}, line) for item, line in ITEM])
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"mu": {"from": 0, "too": 1}}, 'mu.too: unknown key, the nearest valid key is "to"'),
+        ({"mu": {"from": 0}}, "mu.to: is missing"),
+        ({"mu": []}, "mu: at least one value is needed, got []"),
+        ({"mu": [1, "a"]}, "mu#2: a number is needed, got 'a'"),
+        ({"mu": float("inf")}, "mu: a finite number is needed, got inf"),
+        ({"shape": ["hertz", 2]}, "shape#2: a text in quotes is needed, got 2"),
+    ],
+)
 def test_form_is_complained_of_by_key(changes, line):
     content = section().model_dump(by_alias=True)
-    if "mixture" in changes and isinstance(changes["mixture"], list) and changes["mixture"][0]:
-        changes = {"mixture": [content["mixture"][0] | changes["mixture"][0]]}
     with pytest.raises(ValidationError) as caught:
-        Document.model_validate({"frames": content | changes})
-    assert ": ".join(complaint(caught.value, Document)) == line
+        Document.model_validate({"frames": content | {"mixture": [content["mixture"][0] | changes]}})
+    assert ": ".join(complaint(caught.value, Document)) == f"frames.mixture#1.{line}"
 
 
 def test_the_example_in_the_schema_is_one():
