@@ -39,15 +39,6 @@ def test_each_signal_is_shortened_alone() -> None:
         assert each.facts["coefficient_kbit"] == each.design.coefficient_bits / 1000
 
 
-def test_what_does_not_fit_is_there_with_its_reason() -> None:
-    (cordic,) = (
-        e for e in sensitivity(BASE, DEFAULT, (1, 2, 4)) if e.facts["signal"] == "cordic" and e.facts["shorter"] == 1
-    )
-    assert cordic.design is None
-    assert cordic.reason is not None
-    assert cordic.reason.startswith("signals.cordic: at least 18 bits are needed")
-
-
 def test_uniform_designs_have_one_length() -> None:
     base = replace(BASE, formats=replace(BASE.formats, signals=(("sums", 20),)))
     short, long = uniform(base, (12, 20), DEFAULT)

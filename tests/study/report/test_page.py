@@ -22,7 +22,6 @@ from tests.study.report_tables import FORCE, make
 from tfra.study.report.labels import QUANTITIES
 from tfra.study.report.page import SECTIONS, render
 from tfra.study.report.summary import HEADLINE
-from tfra.study.search.evaluate import CHANGE
 
 CHARTS = [f"chart-{chart.name}" for section in SECTIONS for chart in section.charts]
 TITLE = "A 6×8 sensor"
@@ -236,14 +235,6 @@ def test_figures_show_what_the_tables_say(page: str, tables: dict[str, pl.DataFr
     assert ranges["needed for what was seen"]["x"] == tables["ranges"]["bits_needed"].to_list()
     stages = tables["stages"].filter(reference="inputs", exact=False)
     assert traces(page, "stages")["this stage alone"]["x"] == stages["sqnr_db"].to_list()
-    front = tables["trials"].filter(front=True)
-    shown = traces(page, "trials", "coefficient_kbit")["Pareto front"]
-    assert (shown["x"], shown["y"]) == (front["coefficient_kbit"].to_list(), front[CHANGE].to_list())
-    for text, row in zip(shown["hovertext"], front.iter_rows(named=True), strict=True):
-        chosen = f" coefficient: {row['coefficient']}; operand.force: {row['operand.force']}; "
-        assert chosen in text.replace("<br>", " ")
-    named = traces(page, "trials", "latency_cycles")["designs placed and routed"]
-    assert sorted(named["text"]) == ["base", "mixed"]
 
 
 def test_flips_and_heat_maps_show_what_the_tables_say(page: str, tables: dict[str, pl.DataFrame]) -> None:

@@ -143,13 +143,6 @@ def test_lengths_that_do_not_fit_are_none() -> None:
     assert " Products of 14×14 bits alone" in summary({"errors": errors("train"), "uniform": table}, design())
 
 
-def test_of_few_frames_nothing_is_claimed() -> None:
-    tables = {"errors": errors(), "uniform": uniform({12: 0.0}), "converter": converter({8: {0.0: 80.0}})}
-    null = [pl.lit(None, dtype=pl.Float64).alias(name) for name in ("median", "p95")]
-    tables = {name: table.with_columns(null) for name, table in tables.items()}
-    assert summary(tables, design()) == "There are too few frames to split the error into steps."
-
-
 def test_without_the_tail_of_one_quantity_nothing_is_claimed() -> None:
     """That of φ, of which fewer frames count."""
     tail = pl.when(pl.col("quantity") != PHI).then("p95")

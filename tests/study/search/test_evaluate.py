@@ -2,54 +2,33 @@
 
 import pickle
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.model.cases import make_design
-from tfra.codegen.config.cover import LayerSpec
+from tests.study.definitions import definition, design
 from tfra.families import find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.converter import convert
-from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Tfra
 from tfra.study.errors.cascade import Cascade
 from tfra.study.errors.statistics import unflagged
 from tfra.study.frames.block import Part
-from tfra.study.frames.frameset import Definition, FrameSet
-from tfra.study.frames.schema import FramesSection
+from tfra.study.frames.frameset import FrameSet
 from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE, COSTS, CYCLES, Evaluation, TooFewError, percentile
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
 
-BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+BASE = design()
 FORCE, FIELD = "force_difference_percent_of_true_force", "taxel_forces_percent_of_true_taxel_forces"
-FRAMES = {
-    "train": 1500,
-    "held_out": 600,
-    "mixture": [
-        {
-            "shape": ["hertz", "uniform"],
-            **{f"half_{axis}_pitches": {"from": 0.6, "to": 1.5} for axis in "xy"},
-            **{f"center_{axis}_share": {"from": 0.0, "to": 1.0} for axis in "xy"},
-            "force_n": -2.0,
-            "mu": {"from": 0.1, "to": 0.9},
-            "phi_deg": {"from": 0.0, "to": 360.0},
-            "noise_share_of_peak": 0.001,
-        }
-    ],
-}
 
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
-    section = FramesSection.model_validate(FRAMES)
-    definition = Definition.of(Path("study.toml"), BASE.sensor, LayerSpec(0.48, "point"), section)
-    found = FrameSet.create(tmp_path_factory.mktemp("frames"), definition)
+    found = FrameSet.create(tmp_path_factory.mktemp("frames"), definition(train=1500, held_out=600))
     found.complete()
     return found
 
@@ -61,10 +40,10 @@ def evaluation(frames: FrameSet, *costs: str, **more: Any) -> Evaluation:
 def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
     """Directly: model and float TFRA on the codes of all blocks, frames that the cascade keeps."""
     point = {"coefficient": 6, "mac_lanes": 4}
-    design, errors, exact = Space.design(BASE, point), [], []
+    core, errors, exact = Space.design(BASE, point), [], []
     for block in frames.blocks(Part.TRAIN):
-        codes, counts = convert(design, block.noisy), unflagged(Cascade(BASE.sensor, block)(BASE)).to_numpy()
-        results = decode(design, design.model(codes).words), Tfra.of(design)(codes * design.adc.lsb)
+        codes, counts = convert(core, block.noisy), unflagged(Cascade(BASE.sensor, block)(BASE)).to_numpy()
+        results = decode(core, core.model(codes).words), Tfra.of(core)(codes * core.adc.lsb)
         for found, into in zip(results, (errors, exact), strict=True):
             difference = np.linalg.norm(found.resultant - block.resultant, axis=1)
             into.append((100 * difference / np.linalg.norm(block.resultant, axis=1))[counts])
@@ -74,7 +53,7 @@ def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
     p95, floor = (np.percentile(np.concatenate(values), 95) for values in (errors, exact))
     assert measured.values[FORCE] == pytest.approx(p95, rel=1e-12)
     assert measured.values[CHANGE] == pytest.approx(100 * (p95 / floor - 1), rel=1e-9)
-    assert measured.values["coefficient_kbit"] == design.coefficient_bits / 1000
+    assert measured.values["coefficient_kbit"] == core.coefficient_bits / 1000
     assert evaluation(frames, quantities=(FORCE,)).exact() == {FORCE: pytest.approx(floor, rel=1e-12)}
 
 
@@ -86,9 +65,9 @@ def test_the_worst_quantity_counts(frames: FrameSet) -> None:
 
 @pytest.mark.parametrize("names", [("coefficient_kbit", *CYCLES), pytest.param(COSTS, marks=pytest.mark.long)])
 def test_costs_are_those_of_the_core(frames: FrameSet, names: tuple[str, ...]) -> None:
-    design = Space.design(BASE, {"coefficient": 8, "mac_lanes": 8})
-    found, core = evaluation(frames, *names).cost_values(design), microarchitecture(design)
-    assert (found["latency_cycles"], found["interval_cycles"]) == (core.latency, core.initiation_interval)
+    core = Space.design(BASE, {"coefficient": 8, "mac_lanes": 8})
+    found, timed = evaluation(frames, *names).cost_values(core), microarchitecture(core)
+    assert (found["latency_cycles"], found["interval_cycles"]) == (timed.latency, timed.initiation_interval)
     assert found.get("DSP", 8) >= 8
     assert list(found) == list(names)
 

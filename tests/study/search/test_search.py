@@ -30,10 +30,6 @@ def measure(point: Point) -> Measured:
     return Measured(STOPPED if bits < 30 else COMPLETE, {"error": error, "bits": float(bits + point["mac_lanes"])})
 
 
-def nothing_fits(point: Point) -> Measured:
-    return Measured(UNFIT, {}, f"mac_lanes: {len(point)} reasons")
-
-
 def backwards(measure: object, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
     yield from reversed(list(one_after_another(measure, points)))  # type: ignore[arg-type]
 
@@ -95,12 +91,6 @@ def test_generations_get_better(tmp_path: Path) -> None:
         for trial in trials
     ]
     assert sum(near[-32:]) > sum(near[:32])
-
-
-def test_a_space_where_nothing_fits(tmp_path: Path) -> None:
-    trials = Trials(sqlite(tmp_path / "trials.db"), "search")
-    with pytest.raises(ValueError, match=r"^none of 8 points fits together; of the last, mac_lanes: 4 reasons$"):
-        list(SEARCH.run(nothing_fits, trials, one_after_another))
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 5)), max_size=30))

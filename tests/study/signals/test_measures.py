@@ -10,16 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.marks import long
 from tests.model.cases import make_design
-from tests.study.signals.measured import measures, ranges, stages
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.butterfly import to_taxels
 from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.model.tfra import Status, Tfra
-from tfra.study.signals.measures import bits_needed, decision_table, range_of, total
+from tfra.study.signals.measures import bits_needed, decision_table, range_of, range_table, stage_table, total
 from tfra.study.signals.tfra import observation
+from tfra.study.signals.tfra.instrument import Instrument
 from tfra.study.signals.tfra.observation import catalogue, observe
 from tfra.study.signals.tfra.reference import Decisions, Reference
 from tfra.study.signals.tfra.signals import only, stage_of
@@ -36,6 +35,19 @@ SIGNALS = [
 """In the order of the data."""
 EXACT = {"stress", "magnitude"}
 EXACT_ALONE = EXACT | {"p", "q", "b_z", "b_xy"}
+
+
+def ranges(design, blocks):
+    traces = (trace for block in blocks for trace in FixedTfra(design).traces(block))
+    return range_table(catalogue(design), total(map(Instrument(design).ranges, traces)))
+
+
+def measures(design, blocks):
+    return total(map(Instrument(design).measure, blocks))
+
+
+def stages(design, codes):
+    return stage_table(stage_of, measures(design, [codes]))
 
 
 def scenes(design, count=100):
@@ -219,22 +231,10 @@ def test_the_reference_is_float_tfra_where_both_decide_alike(name):
         assert values[signal][same] == pytest.approx(getattr(exact, signal)[same], abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["5×7, 3×3 mm, h 2 mm", *long("10×10, 4×2 mm, h 3 mm")])
-def test_a_reference_fed_with_itself_is_itself(name):
-    design = DESIGNS[name]
-    trace, codes = swept(design, contact_codes(design, 100, seed=4))
-    reference, decided = Reference(design), Decisions.of(design, trace)
-    values = reference.from_codes(codes.reshape(len(codes), -1), decided)
-    again = reference.from_inputs(values, decided)
-    assert list(again) == SIGNALS
-    assert {stage_of(signal) for signal in SIGNALS} == set(Stage)
-    for signal, value in again.items():
-        assert value == pytest.approx(values[signal], rel=1e-9, abs=1e-9 * np.abs(value).max()), signal
-
-
 @pytest.mark.parametrize("name", DESIGNS)
 def test_what_is_exact_and_what_is_not(name):
     design = DESIGNS[name]
+    assert {stage_of(signal) for signal in SIGNALS} == set(Stage)
     table = stages(design, scenes(design))
     for reference, exact in (("codes", EXACT), ("inputs", EXACT_ALONE)):
         rows = table.filter(reference=reference)
