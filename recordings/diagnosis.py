@@ -6,7 +6,6 @@ result; their thresholds lie outside of the values that contacts under a cover s
 
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 
@@ -125,24 +124,17 @@ def warnings(design: Choices, frames: Floats, result: Result, given: Input = PLA
     """
     recording = _Recording(frames)
     meaning = list(_values(design, recording, result.status, given)) or list(_flags(result.status))
-    offsets = list(_offsets(recording))
-    layout = [] if offsets else _layout(recording, result.status, given)  # offsets are rough in every order
-    taxels = *_same(recording), *_stuck(design, recording), *layout
-    return [*meaning, *_scale(design, recording, given), *offsets, *taxels]
-
-
-def _same(recording: _Recording) -> Iterator[str]:
-    n = len(recording.flat)
-    if n > 1 and (recording.flat == recording.flat[0]).all():
-        yield f"all {n} frames are the same: is the recording stuck?"
-
-
-def _offsets(recording: _Recording) -> Iterator[str]:
+    offsets = []
     if level := recording.offsets():
-        yield (
+        offsets = [
             f"taxels read ±{level:.4g} Pa while nothing presses, the same in every frame: was the sensor tared "
             "(--tare-frames N, --tare FILE)?"
-        )
+        ]
+    same = []
+    if len(frames) > 1 and (frames == frames[0]).all():
+        same = [f"all {len(frames)} frames are the same: is the recording stuck?"]
+    layout = [] if offsets else _layout(recording, result.status, given)  # offsets are rough in every order
+    return [*meaning, *_scale(design, recording, given), *offsets, *same, *_stuck(design, recording), *layout]
 
 
 def _values(design: Choices, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
@@ -172,8 +164,9 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
 
 def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str]:
     """Checks the magnitude of the values: codes, another unit, or too large for the converter."""
-    checks = (_codes, _unit, _beyond)
-    yield from islice(filter(None, (check(design, recording, given) for check in checks)), 1)
+    arguments = design, recording, given
+    if line := _codes(*arguments) or _unit(*arguments) or _beyond(*arguments):
+        yield line
     top = (1 << (design.adc.bits - 1)) - 1
     scaled = np.rint(recording.flat / design.adc.lsb)
     ends = (scaled >= top) | (scaled <= -top - 1)

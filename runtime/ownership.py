@@ -19,7 +19,7 @@ MANIFEST = "tfra-manifest.json"
 _COUNT = struct.Struct("<H")
 """The last field of a zip archive: the length of the comment that follows."""
 
-_COMMENTS = {".vcd": ("$comment ", " $end\n"), ".html": ("<!-- ", " -->\n"), ".toml": ("# ", "\n")}
+_COMMENTS = {".vcd": (b"$comment ", b" $end\n"), ".html": (b"<!-- ", b" -->\n"), ".toml": (b"# ", b"\n")}
 """What begins and ends a comment in a text file, by the suffix of its name."""
 
 _SEAL = rb"tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})"
@@ -27,10 +27,7 @@ _SEAL = rb"tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})"
 
 _ARCHIVE_SEAL = re.compile(rb"(?s).." + _SEAL + rb"\Z")
 
-_TEXT_SEALS = [
-    re.compile(re.escape(begin.encode()) + _SEAL + re.escape(end.encode()) + rb"\Z")
-    for begin, end in _COMMENTS.values()
-]
+_TEXT_SEALS = [re.compile(re.escape(begin) + _SEAL + re.escape(end) + rb"\Z") for begin, end in _COMMENTS.values()]
 
 _SEAL_LONGEST = 256
 """Bytes at the end of a file in which its seal is looked for."""
@@ -47,22 +44,12 @@ def seal_directory(directory: Path, command: str) -> None:
 
 def seal_file(path: Path, command: str, suffix: str) -> None:
     """Append to the .npz, .vcd, .html or .toml file at ``path`` a comment with the hash of everything before it."""
-    if suffix == ".npz":
-        _seal_archive(path, command)
-        return
-    begin, end = _COMMENTS[suffix]
-    seal = begin + _seal(command, _digest(path)) + end
-    with open(path, "ab") as stream:
-        stream.write(seal.encode())
-
-
-def _seal_archive(path: Path, command: str) -> None:
-    """The same for a zip archive, which has no comment."""
     with open(path, "r+b") as stream:
-        length = stream.seek(0, os.SEEK_END) - _COUNT.size
-        comment = _seal(command, _digest_of(stream, length)).encode()
+        length = stream.seek(0, os.SEEK_END) - (_COUNT.size if suffix == ".npz" else 0)
+        seal = f"tfra {version('tfra')} {command} sha256:{_digest_of(stream, length)}".encode()
+        begin, end = _COMMENTS.get(suffix, (_COUNT.pack(len(seal)), b""))
         stream.seek(length)
-        stream.write(_COUNT.pack(len(comment)) + comment)
+        stream.write(begin + seal + end)
 
 
 def directory_objection(directory: Path, command: str | None = None) -> str | None:
@@ -177,10 +164,6 @@ def _entries(directory: Path, below: str = "") -> Iterator[tuple[str, bool]]:
         yield below + entry.name, folder
         if folder:
             yield from _entries(directory / entry.name, f"{below}{entry.name}/")
-
-
-def _seal(command: str, digest: str) -> str:
-    return f"tfra {version('tfra')} {command} sha256:{digest}"
 
 
 def _is_regular(path: Path) -> bool:

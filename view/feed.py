@@ -42,33 +42,18 @@ _MESSAGES = {
 """What a page says of the source, by its state."""
 
 
-@dataclass(frozen=True)
-class Arrival:
-    """A frame ``(rows, columns)`` in Pa, its number, and its time of arrival in s since 1970."""
-
-    number: int
-    when: float
-    stress: Floats
+Arrival = tuple[int, float, Floats]
+"""The number of a frame, its time of arrival in s since 1970, and the frame ``(rows, columns)`` in Pa."""
 
 
 @dataclass(frozen=True)
 class Batch:
     """Frames that were estimated together, as JSON."""
 
-    first: int
     last: int
     when: float
     count: int
     text: str
-
-
-@dataclass(frozen=True)
-class Answer:
-    """``text`` for a page, in JSON, the number of its ``last`` frame, and whether it is the last of all."""
-
-    text: str
-    last: int
-    over: bool
 
 
 class Feed:
@@ -112,7 +97,7 @@ class Feed:
                         now = time.time()
                         if not self.counts["came"]:
                             self._begun, self._state = now, "running"
-                        self._waiting.append(Arrival(self.counts["came"], now, frame))
+                        self._waiting.append((self.counts["came"], now, frame))
                         self.counts["came"] += 1
                     self._changed.notify_all()
             state, cause = "ended", ""
@@ -131,7 +116,7 @@ class Feed:
                 frames = list(self._waiting)
                 self._waiting.clear()
                 self._busy = True
-            batch = self._batch(frames, self._estimate(np.stack([frame.stress for frame in frames])))
+            batch = self._batch(frames)
             with self._changed:
                 self._keep(batch)
                 self._busy = False
@@ -139,18 +124,18 @@ class Feed:
                 self._changed.notify_all()
             time.sleep(max(0.0, began + _PERIOD - time.monotonic()))
 
-    def _batch(self, frames: list[Arrival], estimated: Result) -> Batch:
-        count, when = len(frames), np.array([frame.when for frame in frames])
-        stress = np.stack([frame.stress for frame in frames])
-        recorded = Recorded(self.source, self.engine, self.design, estimated, stress, None, self.swept)
+    def _batch(self, frames: list[Arrival]) -> Batch:
+        count = len(frames)
+        numbers, when, stress = map(np.array, zip(*frames, strict=True))
+        recorded = Recorded(self.source, self.engine, self.design, self._estimate(stress), stress, None, self.swept)
         content = {
-            "numbers": packed(np.array([frame.number for frame in frames]), "float64"),
+            "numbers": packed(numbers, "float64"),
             "time": packed(when - self._begun, "float64"),
             "results": [result(recorded, Chosen(range(count), count, 1, False))],
             "came": when[-1],
         }
         text = json.dumps(content, separators=(",", ":"))
-        return Batch(frames[0].number, frames[-1].number, when[-1], count, text)
+        return Batch(int(numbers[-1]), when[-1], count, text)
 
     def _keep(self, batch: Batch) -> None:
         self._pieces.append(batch)
@@ -158,10 +143,11 @@ class Feed:
         while stored > self.most or self._pieces[0].when < batch.when - SECONDS:
             stored -= self._pieces.popleft().count
 
-    def since(self, after: int, patience: float) -> Answer:
-        """What a page gets: the state, the counts, and the pieces behind frame ``after``.
+    def since(self, after: int, patience: float) -> tuple[str, int, bool]:
+        """What a page gets: the state, the counts, and the pieces behind frame ``after``, in JSON.
 
-        Without any it waits for ``patience`` seconds, or until the source has ended.
+        Returns the number of the last frame, too, and whether it is the last of all.  Without any it waits for
+        ``patience`` seconds, or until the source has ended.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._pieces and self._pieces[-1].last > after, patience)
@@ -170,7 +156,7 @@ class Feed:
             state = {"state": self._state, "message": self._message(), "fault": self._first_fault, "over": over}
             state |= self.counts
         texts = ",".join(batch.text for batch in pieces)
-        return Answer(f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over)
+        return f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over
 
     def count_drawn(self, count: int) -> None:
         """Count frames that a page has drawn."""

@@ -101,34 +101,22 @@ def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
     shown, found = slice(chosen.shown.start, chosen.shown.stop, chosen.shown.step), recorded.found
     stress = recorded.stress[shown]
     count = len(stress)
-    force = found.resultant[shown]
-    values = {
-        "phi": found.phi_deg[shown],
-        "mu": found.mu[shown],
-        "mu_x": found.mu_x[shown],
-        "mu_y": found.mu_y[shown],
-        "f_x": force[:, 0],
-        "f_y": force[:, 1],
-        "f_z": force[:, 2],
-    }
+    forces = found.forces[shown].reshape(count, 3, -1).swapaxes(0, 1)
+    values = {"phi": found.phi_deg, "mu": found.mu, "mu_x": found.mu_x, "mu_y": found.mu_y}
+    values |= dict(zip(("f_x", "f_y", "f_z"), found.resultant.T, strict=True))
     if (share := found.uncertainty_share) is not None:
-        values["uncertainty"] = 100 * share[shown]  # in percent of |F_z|
+        values["uncertainty"] = 100 * share  # in percent of |F_z|
     if found.residual is not None:
-        values["residual"] = 100 * found.residual[shown]  # in percent
+        values["residual"] = 100 * found.residual  # in percent
     return {
-        "values": {key: packed(value, "float32") for key, value in values.items()},
+        "values": {key: packed(value[shown], "float32") for key, value in values.items()},
         "status": packed(found.status[shown], "uint8"),
         "index": packed(found.sweep_index[shown], "int16"),
         "stress": scaled(stress.reshape(count, -1)),
-        **({} if found.resultant_alone else {"forces": _forces(found.forces[shown].reshape(count, 3, -1))}),
+        **({} if found.resultant_alone else {"forces": [scaled(axis) for axis in forces]}),
         **({} if found.threshold is None else {"threshold": 100 * found.threshold}),
         **({"sweep": _sweep(recorded, stress[:: chosen.sweeps])} if recorded.swept else {}),
     }
-
-
-def _forces(forces: Floats) -> list[dict[str, Packed]]:
-    """Each axis of ``forces (n, 3, m)``."""
-    return [scaled(forces[:, axis]) for axis in range(3)]
 
 
 def times(recorded: list[Recorded], chosen: Chosen) -> Packed | None:

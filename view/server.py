@@ -95,9 +95,8 @@ class _Handler(BaseHTTPRequestHandler):
         self._head(HTTPStatus.OK, "application/x-ndjson", {"Connection": "close"})
         over = False
         while not (over or self.server.over):
-            answer = self.server.feed.since(after, PATIENCE)
-            self.wfile.write(f"{answer.text}\n".encode())
-            after, over = answer.last, answer.over
+            text, after, over = self.server.feed.since(after, PATIENCE)
+            self.wfile.write(f"{text}\n".encode())
 
     def _answer(self, status: HTTPStatus, kind: str, content: bytes) -> None:
         self._head(status, kind, {"Content-Length": str(len(content))})

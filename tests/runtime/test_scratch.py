@@ -3,33 +3,14 @@
 import errno
 import fcntl
 import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.runtime.test_staging import dies_at
 from tfra.runtime import scratch as module
 from tfra.runtime.errors import InputError
 from tfra.runtime.scratch import locked, scratch, sweep, temporary, writing
-
-OWNER = """
-import sys
-from pathlib import Path
-from tfra.runtime.scratch import scratch
-with scratch(Path(sys.argv[1])) as place:
-    (place / "deep").mkdir()
-    (place / "deep" / "file").write_text("half")
-    print(place, flush=True)
-    sys.stdin.read()
-"""
-
-
-def owner(parent: Path) -> subprocess.Popen[str]:
-    """A process with a folder in ``parent``; it prints where, and ends with its input."""
-    command = [sys.executable, "-c", OWNER, str(parent)]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 def test_a_folder_is_there_for_its_block(tmp_path: Path) -> None:
@@ -43,18 +24,21 @@ def test_a_folder_is_there_for_its_block(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_process_leaves_goes_and_what_a_living_one_has_stays(tmp_path: Path) -> None:
-    with owner(tmp_path) as living, owner(tmp_path) as killed:
-        assert living.stdout is not None
-        assert killed.stdout is not None
-        kept, dead = Path(living.stdout.readline().strip()), Path(killed.stdout.readline().strip())
-        killed.send_signal(signal.SIGKILL)
-        killed.wait()
-        assert dead.is_dir()
-        sweep(tmp_path)
-        assert not dead.exists()
-        assert (kept / "deep" / "file").read_text() == "half"
-        living.communicate("")
-    assert living.returncode == 0
+    def run() -> None:
+        with scratch(tmp_path) as place:
+            (place / "deep").mkdir()
+            (place / "deep" / "file").write_text("half")
+
+    with scratch(tmp_path) as living:
+        (living / "file").write_text("half")
+        kept, most, step = set(os.listdir(tmp_path)), 0, 0
+        while dies_at(step, run):
+            most = max(most, len(os.listdir(tmp_path)))
+            sweep(tmp_path)
+            assert set(os.listdir(tmp_path)) == kept
+            step += 1
+        assert (living / "file").read_text() == "half"
+    assert most == len(kept) + 2
     assert list(tmp_path.iterdir()) == []
 
 

@@ -31,7 +31,7 @@ def feed(*frames: Any, estimate: Any = None) -> tuple[Feed, list[str]]:
 
 
 def answer(made: Feed, after: int = -1, patience: float = 10.0) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(made.since(after, patience).text)
+    found: dict[str, Any] = json.loads(made.since(after, patience)[0])
     return found
 
 
