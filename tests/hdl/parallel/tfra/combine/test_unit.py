@@ -201,6 +201,7 @@ def test_latency(design, port, less):
     dut, cycles = _late(design, port)
     start = cycles["residual"][-1] + design.cycles_per_quad - 1 if port == "residual" else LATE
     assert cycles["vector"][0] - start == dut.latency - less
+    assert cycles["bank_token"][0] == cycles["vector"][0] - dut.force_latency - design.cycles_per_quad + 1
 
 
 @pytest.mark.parametrize("design", [*VECTORS[:1], *long(*VECTORS[1:])], ids=label)
