@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from tfra.hdl.interface.microarchitecture import Microarchitecture
-from tfra.hdl.parallel.learned.parallel import LearnedParallel
-from tfra.hdl.parallel.tfra.parallel import TfraParallel
+from tfra.hdl.parallel.learned.core import LearnedParallel
+from tfra.hdl.parallel.tfra.core import TfraParallel
 from tfra.hdl.serial.program.learned.frame import program as learned_program
 from tfra.hdl.serial.program.program import Program
 from tfra.hdl.serial.program.tfra.frame import program as tfra_program

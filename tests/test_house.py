@@ -13,10 +13,9 @@ from typing import Any
 import pytest
 
 from tests.model.fixed.learned.cases import learned_design
+from tfra.hdl.cores import microarchitecture
 from tfra.hdl.parallel.learned import blocks as learned
-from tfra.hdl.parallel.learned.probes import probes as learned_probes
 from tfra.hdl.parallel.tfra.blocks import Blocks
-from tfra.hdl.parallel.tfra.probes import probes
 from tfra.hdl.parallel.tfra.timeline import TfraTimeline
 from tfra.model.choices import Architecture
 from tfra.model.fixed.learned.pipeline import Stage as LearnedStage
@@ -147,7 +146,7 @@ def test_every_block_has_its_places() -> None:
     blocks = dict(Blocks(DESIGN))
     picture = (ROOT / "docs" / "architecture.md").read_text()
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) == set(blocks)
-    watched = [probe.stage for probe in probes(DESIGN)]
+    watched = [probe.stage for probe in microarchitecture(DESIGN).probes]
     check_places(rows, blocks, watched, set(Stage), {"fold", Stage.SCALING})
     stated = {name.partition(".")[0] for name in TfraTimeline.stated}
     assert [name for name in blocks if name not in stated] == ["fold", "matvec", "angle"]
@@ -159,7 +158,7 @@ def test_every_block_of_the_learned_estimator_has_its_places() -> None:
     blocks = dict(learned.Blocks(LEARNED))
     picture = (ROOT / "docs" / "learned.md").read_text().partition("## The parallel core")[2]
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) >= set(blocks) - {"normaliser", "fold"}
-    watched = [probe.stage for probe in learned_probes(LEARNED)]
+    watched = [probe.stage for probe in microarchitecture(LEARNED).probes]
     check_places(rows, blocks, watched, {*LearnedStage, "forces"}, {"fold", "forces", LearnedStage.WORDS})
     assert [*watched, LearnedStage.WORDS] == list(LearnedStage)
 

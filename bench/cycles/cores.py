@@ -7,7 +7,7 @@ from typing import Any
 
 from bench.publish import publish
 from tfra.hdl.parallel.matvec.images import depth
-from tfra.hdl.parallel.tfra.parallel import TfraParallel
+from tfra.hdl.parallel.tfra.core import TfraParallel
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign

@@ -13,7 +13,7 @@ from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tests.marks import long
 from tfra.hdl.parallel.matvec.images import lane_images
-from tfra.hdl.parallel.tfra.parallel import TfraParallel
+from tfra.hdl.parallel.tfra.core import TfraParallel
 from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.converter import quantise
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes

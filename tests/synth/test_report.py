@@ -12,7 +12,7 @@ from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tfra.families import find
 from tfra.hdl.cores import as_serial
-from tfra.hdl.parallel.tfra.parallel import TfraParallel
+from tfra.hdl.parallel.tfra.core import TfraParallel
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign

@@ -1,36 +1,80 @@
 """The frame of a parallel core: its ports, its blocks, and the facts of a frame on their way between them."""
 
+import gc
+import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from operator import attrgetter
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
-from amaranth import Const, Module, Value, signed
+from amaranth import Cat, Const, Module, Signal, Value, signed
+from amaranth.hdl import UnusedElaboratable
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl.interface import ports
 from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.lib.streams import Buffer, Fork, PerFrameFifo
-from tfra.hdl.parallel.probes import add_probe
+
+T = TypeVar("T")
+
+PLACES = (0, 1, 2, 3)
+"""The words of a quad."""
 
 
-@dataclass(frozen=True)
-class FactRoute:
-    """``user`` reads ``fields`` of a fact at its port ``sink``; without fields it reads all."""
+class CoreBlocks:
+    """A base of classes whose attributes are blocks, set in dataflow order and named as their instances."""
 
-    user: str
-    sink: Any
-    fields: tuple[str, ...] = ()
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
+        return iter(vars(self).items())
+
+
+def ask_blocks(build: Callable[[], CoreBlocks], ask: Callable[[CoreBlocks], T]) -> T:
+    """What ``ask`` finds in blocks that are never elaborated."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnusedElaboratable)
+        blocks = build()
+        answer = ask(blocks)
+        del blocks
+        gc.collect()  # a block that was never elaborated warns when it is deleted: delete it here
+    return answer
+
+
+class Watched(NamedTuple):
+    """A stream of a block that a simulation may watch: see :class:`tfra.hdl.interface.microarchitecture.Probe`."""
+
+    stage: str
+    """Name of the block, too."""
+    port: str
+    """With the member of its payload, if it is one."""
+    keys: tuple[int | str, ...]
+    transfers: int = 1
+
+    def words(self, block: Any) -> list[Value]:
+        """The payload's members of these keys, or all of it."""
+        port, _, member = self.port.partition(".")
+        payload = getattr(block, port).payload
+        payload = payload[member] if member else payload
+        return [Value.cast(payload[key]) for key in self.keys] or [Value.cast(payload)]
+
+    def probe(self, block: Any) -> Probe:
+        """The same with the shapes of the words."""
+        shapes = [word.shape() for word in self.words(block)]
+        words = tuple((shape.width, shape.signed) for shape in shapes)
+        return Probe(self.stage, self.port, self.keys, words, self.transfers)
 
 
 @dataclass(frozen=True)
 class Fact:
-    """A fact of a frame that one block computes and others use: one transfer a frame from ``source`` to every sink."""
+    """A fact of a frame that one block computes and others use: one transfer a frame to every user.
 
-    name: str
-    source: Any
-    routes: tuple[FactRoute, ...]
+    ``source`` is "BLOCK.FACT".  A user is a block with a port of the fact's name, or "BLOCK.PORT"; it reads the fields
+    behind its name, or all if there are none.
+    """
+
+    source: str
+    users: Mapping[str, tuple[str, ...]]
     registered: bool = False
     """TIMING: a register between the source and its users, which are far from it."""
 
@@ -61,8 +105,14 @@ class Core(ABC, wiring.Component):
 
     @staticmethod
     @abstractmethod
-    def probes(design: Any) -> Sequence[Probe]:
-        """Streams between blocks that a simulation may watch, in the order in which data reach them."""
+    def watched(design: Any) -> Sequence[Watched]:
+        """Streams that a simulation may watch, in the order in which data reach them, if their blocks are there."""
+
+    @classmethod
+    def watched_blocks(cls, design: Any, blocks: CoreBlocks) -> list[tuple[Watched, Any]]:
+        """Each of these streams with its block."""
+        by_name = dict(blocks)
+        return [(each, by_name[each.stage]) for each in cls.watched(design) if each.stage in by_name]
 
     @abstractmethod
     def wire(self, m: Module, blocks: Any) -> None:
@@ -74,10 +124,18 @@ class Core(ABC, wiring.Component):
         for name, block in blocks:
             m.submodules[name] = block
         self.wire(m, blocks)
-        by_name = dict(blocks)
-        for probe in self.probes(self.design):
-            add_probe(m, probe, by_name[probe.stage])
+        for each, block in self.watched_blocks(self.design, blocks):
+            self._add_probe(m, each, block)
         return m
+
+    @staticmethod
+    def _add_probe(m: Module, watched: Watched, block: Any) -> None:
+        """Name a stream; nothing depends on it, so it costs no hardware."""
+        members, port = Cat(watched.words(block)), getattr(block, watched.port.partition(".")[0])
+        transfer = Signal(name=f"probe_{watched.stage}")
+        words = Signal(len(members), name=f"probe_{watched.stage}_words")
+        m.d.comb += transfer.eq(port.valid & port.ready)
+        m.d.comb += words.eq(members)
 
     def wire_taxels(self, m: Module, blocks: Any, sink: Any) -> None:
         """Taxels to ``sink``, and coefficients to the lanes before them."""
@@ -91,19 +149,21 @@ class Core(ABC, wiring.Component):
             self.taxel.ready.eq(sink.ready & go),
         ]
 
-    def wire_fact(self, m: Module, fact: Fact) -> None:
+    def wire_fact(self, m: Module, blocks: CoreBlocks, fact: Fact) -> None:
         """A fact to all its users, each with its own FIFO, so that no block waits for another."""
-        shape, source = fact.source.payload.shape(), fact.source
-        m.submodules[f"{fact.name}_fork"] = fork = Fork(shape, len(fact.routes))
+        source, name = attrgetter(fact.source)(blocks), fact.source.partition(".")[2]
+        shape = source.payload.shape()
+        m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fact.users))
         if fact.registered:
-            m.submodules[f"{fact.name}_sent"] = buffer = Buffer(shape)
+            m.submodules[f"{name}_sent"] = buffer = Buffer(shape)
             connect(m, source, buffer.i)
             source = buffer.o
         connect(m, source, fork.i)
-        for way, route in enumerate(fact.routes):
-            fifo = self.fact_fifo(m, f"{fact.name}_{route.user}", shape, route.fields)
+        for way, (user, fields) in enumerate(fact.users.items()):
+            block, _, port = user.partition(".")
+            fifo = self.fact_fifo(m, f"{name}_{user.replace('.', '_')}", shape, fields)
             connect(m, fork.o[way], fifo.i)
-            connect(m, fifo.o, route.sink)
+            connect(m, fifo.o, getattr(getattr(blocks, block), port or name))
 
     def fact_fifo(
         self, m: Module, name: str, shape: Any, fields: tuple[str, ...] = (), transfers: int = 1

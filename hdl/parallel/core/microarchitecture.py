@@ -4,12 +4,12 @@ from abc import ABC
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
 from tfra.hdl.interface.microarchitecture import Probe
-from tfra.hdl.parallel.core.blocks import stated_cycles
-from tfra.hdl.parallel.core.core import Core
+from tfra.hdl.parallel.core.core import Core, CoreBlocks, ask_blocks
 from tfra.hdl.parallel.core.timeline import Frame, Timeline
 from tfra.hdl.parallel.matvec.images import depth, lane_images
 from tfra.hdl.primitives import cell_models
@@ -47,17 +47,25 @@ class Parallel(ABC, Generic[D, T]):
     @cached_property
     def cycles(self) -> Mapping[str, int]:
         """Cycles of the blocks, as they state them themselves."""
-        return stated_cycles(lambda: self.core.blocks(self.design), self.trace.stated)
+        def stated(blocks: CoreBlocks) -> dict[str, int]:
+            there = [name for name in self.trace.stated if hasattr(blocks, name.partition(".")[0])]
+            return {name: attrgetter(name)(blocks) for name in there}
+
+        return ask_blocks(lambda: self.core.blocks(self.design), stated)
 
     def timeline(self, frames: int) -> T:
         """``frames`` frames back to back."""
         timeline: T = self.trace(self.design, self.cycles, frames)
         return timeline
 
-    @property
+    @cached_property
     def probes(self) -> tuple[Probe, ...]:
         """Streams between blocks that a simulation may watch, in the order in which data reach them."""
-        return tuple(self.core.probes(self.design))
+
+        def watched(blocks: CoreBlocks) -> tuple[Probe, ...]:
+            return tuple(each.probe(block) for each, block in self.core.watched_blocks(self.design, blocks))
+
+        return ask_blocks(lambda: self.core.blocks(self.design), watched)
 
     def check(self) -> None:
         """Raise ``ValueError`` for words that can overflow."""

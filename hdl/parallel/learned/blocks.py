@@ -1,7 +1,7 @@
 """Every block of the core."""
 
 from tfra.hdl.lib.butterfly import Butterfly
-from tfra.hdl.parallel.core.blocks import CoreBlocks
+from tfra.hdl.parallel.core.core import CoreBlocks
 from tfra.hdl.parallel.learned.activation import Activation
 from tfra.hdl.parallel.learned.angle import Angle
 from tfra.hdl.parallel.learned.field import Field

@@ -12,11 +12,15 @@ from amaranth import Module
 from amaranth.lib.wiring import connect, flipped
 
 from tfra.hdl.lib.streams import broadcast
-from tfra.hdl.parallel.core.core import Core, Fact, FactRoute
+from tfra.hdl.parallel.core.core import PLACES, Core, Fact, Watched
+from tfra.hdl.parallel.core.microarchitecture import Parallel
 from tfra.hdl.parallel.learned.blocks import Blocks
 from tfra.hdl.parallel.learned.payloads import contact, header, share
 from tfra.hdl.parallel.learned.plan import FRAMES, UNITS
-from tfra.hdl.parallel.learned.probes import probes
+from tfra.hdl.parallel.learned.timeline import LearnedTimeline
+from tfra.hdl.parallel.learned.total import QUADS
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.learned.pipeline import Stage
 
 
 class LearnedCore(Core):
@@ -26,7 +30,22 @@ class LearnedCore(Core):
     """Those in flight, and one at either end of b's bank."""
 
     blocks = Blocks
-    probes = staticmethod(probes)
+
+    @staticmethod
+    def watched(design: LearnedDesign) -> list[Watched]:
+        """A stream of each :class:`Stage` but the last, whose words leave at the result port."""
+        operators = [op for name in design.products for op in design.stacks[name].operators]
+        return [
+            Watched(Stage.NORMALISER, "quads", PLACES, design.quads),
+            Watched(Stage.MATVEC, "result.words", PLACES, sum(op.quads for op in operators)),
+            Watched(Stage.ACTIVATION, "units.words", PLACES, sum(op.quads for op in operators if op.name in UNITS)),
+            Watched(Stage.TOTAL, "total", PLACES, QUADS),
+            Watched(Stage.RESULTANT, "force.words", (0, 1, 2)),
+            Watched(Stage.ANGLE, "angle", ("phi",)),
+            Watched(Stage.FRICTION, "friction", ("mu", "mu_x", "mu_y")),
+            Watched(Stage.FIELD, "p", PLACES, design.quads),
+            Watched(Stage.SHARE, "share", ("mantissa",), 3),
+        ]
 
     def wire(self, m: Module, blocks: Blocks) -> None:
         """Connect the blocks with each other and with ``result``."""
@@ -42,11 +61,8 @@ class LearnedCore(Core):
         self.wire_taxels(m, blocks, blocks.normaliser.taxel)
         connect(m, blocks.normaliser.quads, blocks.fold.i)
         connect(m, blocks.fold.o, blocks.matvec.b)
-        routes = (
-            FactRoute("total", blocks.total.frame, ("contact",)),
-            FactRoute("words", blocks.words.frame, ("exponent", "contact", "saturated")),
-        )
-        self.wire_fact(m, Fact("frame", blocks.normaliser.frame, routes))
+        users = {"total": ("contact",), "words": ("exponent", "contact", "saturated")}
+        self.wire_fact(m, blocks, Fact("normaliser.frame", users))
 
     def _wire_products(self, m: Module, blocks: Blocks) -> None:
         """Results to their users, units back to the products, and tokens to the products."""
@@ -86,22 +102,25 @@ class LearnedCore(Core):
         field, part, forces = blocks.field, blocks.share, blocks.forces
         friction = blocks.friction.friction
         broadcast(m, blocks.matvec.result, field.result)
-        routes = (
-            FactRoute("field", field.contact, ("mu_x", "mu_y")),
-            FactRoute("share", part.contact, ("total",)),
-        )
-        for route in routes:
-            fifo = self.fact_fifo(m, f"contact_{route.user}", contact(self.design), route.fields)
+        for user, fields in (("field", ("mu_x", "mu_y")), ("share", ("total",))):
+            fifo = self.fact_fifo(m, f"contact_{user}", contact(self.design), fields)
             m.d.comb += [
                 fifo.i.valid.eq(friction.valid),
                 fifo.i.p.total.eq(blocks.resultant.force.payload),
                 fifo.i.p.mu_x.eq(friction.p.mu_x),
                 fifo.i.p.mu_y.eq(friction.p.mu_y),
             ]
-            connect(m, fifo.o, route.sink)
+            connect(m, fifo.o, getattr(blocks, user).contact)
         connect(m, part.share_token, field.share_token)
         broadcast(m, field.p, part.p, forces.p)
         shares = self.fact_fifo(m, "share", share(self.design), transfers=3)
         broadcast(m, part.share, shares.i)
         connect(m, shares.o, forces.share)
         connect(m, forces.taxel, blocks.words.taxel)
+
+
+class LearnedParallel(Parallel[LearnedDesign, LearnedTimeline]):
+    """The core of blocks that stream to each other."""
+
+    core = LearnedCore
+    trace = LearnedTimeline

@@ -12,13 +12,16 @@ from amaranth.lib.wiring import connect, flipped
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.streams import Fork, Router, broadcast
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.core.core import Core
+from tfra.hdl.parallel.core.core import PLACES, Core, Watched
+from tfra.hdl.parallel.core.microarchitecture import Parallel
 from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.forces import PLANES
-from tfra.hdl.parallel.tfra.probes import probes
-from tfra.hdl.parallel.tfra.routes import facts, product_routes
+from tfra.hdl.parallel.tfra.routes import FACTS, product_routes
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
+from tfra.hdl.parallel.tfra.timeline import TfraTimeline
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.pipeline import Stage
 
 
 class TfraCore(Core):
@@ -28,15 +31,33 @@ class TfraCore(Core):
     """Those in flight, those whose forces wait, and one at either end."""
 
     blocks = Blocks
-    probes = staticmethod(probes)
+
+    @staticmethod
+    def watched(design: Design) -> list[Watched]:
+        """A stream of each :class:`Stage` but the last, whose words leave at the result port."""
+        q = design.quads
+        return [
+            Watched(Stage.NORMALISER, "quads", PLACES, q),
+            Watched(Stage.CENTROIDS, "direction", ("cos", "sin")),
+            Watched(Stage.MATVEC, "result.words", PLACES, sum(design.stacks[name].quads for name in design.products)),
+            Watched(Stage.WEIGHTS, "n", PLACES, q),
+            Watched(Stage.DEPENDENT, "affine", ("alpha", "beta")),
+            Watched(Stage.COMBINE, "vector.words", PLACES, 3 * q),
+            Watched(Stage.SWEEP, "index", ()),
+            Watched(Stage.FRICTION, "chosen", ("mu_ind", "mu_x", "mu_y")),
+            Watched(Stage.RESULTANT, "total.words", (0, 1, 2)),
+            Watched(Stage.GAIN, "gain", ("mantissa", "mu")),
+            Watched(Stage.FORCES, "taxel", (), 3 * design.sensor.taxels),
+            Watched(Stage.ANGLE, "phi", ()),
+        ]
 
     def wire(self, m: Module, blocks: Blocks) -> None:
         """Connect the blocks with each other and with ``result``."""
         self._wire_input(m, blocks)
         self._wire_products(m, blocks)
         self._wire_results(m, blocks)
-        for fact in facts(blocks):
-            self.wire_fact(m, fact)
+        for fact in FACTS:
+            self.wire_fact(m, blocks, fact)
         connect(m, blocks.sweep.index, blocks.friction.index)
         self._wire_angle(m, blocks)
         connect(m, blocks.forces.taxel, blocks.scaling.taxel)
@@ -77,13 +98,11 @@ class TfraCore(Core):
         m.submodules.sums = sums = SumsQueue(self.design)
         connect(m, sums.o, blocks.dependent.sums)
         routes = product_routes(blocks, sums)
-        table = [
-            [way for way, route in enumerate(routes) if kind in route.operators] for kind in self.design.kinds
-        ]
+        table = [[way for way, (_, operators) in enumerate(routes) if kind in operators] for kind in self.design.kinds]
         m.submodules.result_router = router = Router(payloads.product(self.design), table, len(routes))
         connect(m, blocks.matvec.result, router.i)
-        for way, route in enumerate(routes):
-            connect(m, router.o[way], route.sink)
+        for way, (sink, _) in enumerate(routes):
+            connect(m, router.o[way], sink)
 
     def _wire_angle(self, m: Module, blocks: Blocks) -> None:
         """The second user of the CORDIC: phi, long before the result needs it."""
@@ -93,3 +112,10 @@ class TfraCore(Core):
         fifo = self.fact_fifo(m, "phi", phi.payload.shape())
         connect(m, phi, fifo.i)
         connect(m, fifo.o, blocks.scaling.phi)
+
+
+class TfraParallel(Parallel[Design, TfraTimeline]):
+    """The core of blocks that stream to each other."""
+
+    core = TfraCore
+    trace = TfraTimeline

@@ -1,18 +1,20 @@
 """Timeline of TFRA's core."""
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tfra.hdl.lib.streams import Buffer, PerFrameFifo, Router
 from tfra.hdl.parallel.core import timeline as engine
-from tfra.hdl.parallel.core.intake import NEVER
-from tfra.hdl.parallel.core.timeline import SEEN, last_entry
-from tfra.hdl.parallel.tfra.combine.store import FRAMES
+from tfra.hdl.parallel.core.timeline import IDLE, NEVER, SEEN, Decision, last_entry
+from tfra.hdl.parallel.tfra.blocks import PLAN
+from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
 from tfra.hdl.parallel.tfra.forces import PLANES
-from tfra.hdl.parallel.tfra.plan import PLAN
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
-from tfra.hdl.parallel.tfra.updates import Updates
 from tfra.model.fixed.design import Design
+
+_NEXT_FRAME = 3
+"""Cycles from the last beat of a frame's vectors to the choice of the next frame's: its store's place moves on."""
 
 _NEXT_GAIN = 2
 """Cycles from a frame's gain to the first cycle of the next: it is taken, then seen as free."""
@@ -37,6 +39,68 @@ class Frame(engine.Frame):
     chosen: int = 0
     total: int = 0
     gain: int = 0
+
+
+class Updates:
+    """The vector updates: e0, e1 and d begin when all their inputs are available and a bank is free.
+
+    d of an older frame goes before e0 and e1.
+    """
+
+    def __init__(self, timeline: "TfraTimeline") -> None:
+        self._timeline = timeline
+        self.candidates: deque[int] = deque()
+        """Frames that wait for e0 and e1."""
+        self.winners: deque[int] = deque()
+        """Frames that wait for d."""
+        self.force_beats: set[int] = set()
+        """Cycles in which products of forces enter."""
+        self._e1_is_next = False
+        # Cycles from which any vector may begin; e0 or e1 of the next frame; its d.
+        self._begin_from = self._candidates_from = self._winners_from = -NEVER
+
+    def decide(self) -> Decision:
+        """The next vector."""
+        frames, ready = self._timeline.frames, []
+        if self.winners:
+            frame = frames[self.winners[0]]
+            fact = frame.chosen + PerFrameFifo.latency + SEEN
+            ready.append((max(fact, frame.e1 + MEASURE, self._winners_from), "d"))
+        if self.candidates:
+            frame = frames[self.candidates[0]]
+            facts = max(frame.affine, frame.direction) + Buffer.latency + PerFrameFifo.latency + SEEN
+            seen = max(facts, frame.residual + MEASURE, self._candidates_from)
+            ready.append((seen, "e1" if self._e1_is_next else "e0"))
+        if not ready:
+            return IDLE
+        bank = self._timeline.tokens["bank_token"].visible
+        cycle = max(self._begin_from, min(seen for seen, _ in ready), bank)
+        vector = next(name for seen, name in ready if seen <= cycle)
+        return Decision(cycle, lambda: self._run(cycle, vector))
+
+    def _run(self, cycle: int, vector: str) -> None:
+        """Beats of a vector enter where none of a product of forces does."""
+        timeline, entry = self._timeline, cycle
+        timeline.tokens["bank_token"].take()
+        for _ in range(timeline.design.quads * timeline.design.cycles_per_quad):
+            entry += 1
+            while entry in self.force_beats:
+                entry += 1
+        self._begin_from = entry + 1
+        last_quad = entry + timeline.cycles["combine.force_latency"]
+        waiting = self.winners if vector == "d" else self.candidates
+        number = waiting[0]
+        timeline.products.add("force" if vector == "d" else "normal", number, last_quad)
+        if vector == "e0":
+            self._e1_is_next = True
+            return
+        waiting.popleft()
+        if vector == "d":
+            self._winners_from = entry + _NEXT_FRAME
+        else:
+            self._e1_is_next = False
+            self._candidates_from = entry + _NEXT_FRAME
+            timeline.frames[number].e1 = last_quad - 1
 
 
 class TfraTimeline(engine.Timeline[Frame]):

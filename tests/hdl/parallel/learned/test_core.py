@@ -13,8 +13,7 @@ from tests.hdl.parallel.learned.designs import mixed_design, random_design
 from tests.marks import long
 from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.hdl.parallel.learned import timeline
-from tfra.hdl.parallel.learned.core import LearnedCore
-from tfra.hdl.parallel.learned.parallel import LearnedParallel
+from tfra.hdl.parallel.learned.core import LearnedCore, LearnedParallel
 from tfra.hdl.parallel.learned.plan import FRAMES, plan
 from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.learned.pipeline import Stage

@@ -8,7 +8,7 @@ from tests.marks import long
 from tfra.hdl.parallel.matvec.images import depth, passes
 from tfra.hdl.parallel.matvec.passes import Passes
 from tfra.hdl.parallel.matvec.unit import MatVec
-from tfra.hdl.parallel.tfra.plan import PLAN
+from tfra.hdl.parallel.tfra.blocks import PLAN
 from tfra.model.choices import Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec

@@ -11,8 +11,7 @@ from tests.hdl.parallel.designs import make, mixed_design, random_design, simula
 from tests.marks import long
 from tfra.hdl.parallel.matvec import unit as matvec
 from tfra.hdl.parallel.matvec.schedule import Schedule
-from tfra.hdl.parallel.tfra.core import TfraCore
-from tfra.hdl.parallel.tfra.parallel import TfraParallel
+from tfra.hdl.parallel.tfra.core import TfraCore, TfraParallel
 from tfra.model.choices import FORMATS
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.operators import STACKS
