@@ -10,8 +10,7 @@ from tfra.hdl.lib.pipeline import occupancy, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN
 from tfra.hdl.parallel.beats import beat_number
 from tfra.hdl.parallel.payloads import affine, chosen, direction
-from tfra.hdl.parallel.tfra.combine.stages import Job, tag_layout
-from tfra.hdl.parallel.tfra.combine.store import FRAMES, place
+from tfra.hdl.parallel.tfra.combine.store import FRAMES, Job, place, tag_layout
 from tfra.model.fixed.design import Design
 
 

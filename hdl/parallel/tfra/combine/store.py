@@ -1,9 +1,10 @@
-"""Memories of the vector updates: beats of several frames, and the headroom of their words."""
+"""Memories of the vector updates: beats of several frames, and the headroom of their words; tags of the beats."""
 
+from enum import IntEnum
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value
-from amaranth.lib import wiring
+from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
@@ -23,6 +24,25 @@ It can be read in that cycle."""
 
 place = counter_shape(FRAMES - 1)
 """Number of a frame's place."""
+
+
+class Job(IntEnum):
+    """The result of a beat in the pipeline."""
+
+    E0 = 0
+    E1 = 1
+    D = 2
+    FORCE = 3
+
+
+def tag_layout(design: Design) -> data.StructLayout:
+    """The tag that goes with a beat from stage to stage.
+
+    ``job``: what it becomes; ``place``: that of its frame in the stores; ``number``: its number in the vector;
+    ``swap``: the sweep goes along y, so that d2 is d_ind; ``scalar``: the s of ``z + s * x``.
+    """
+    scalar = signed(design.formats.bits("scalar"))
+    return data.StructLayout({"job": Job, "place": place, "number": beat_number(design), "swap": 1, "scalar": scalar})
 
 
 def store_address(design: Design, vectors: int = 1) -> wiring.Signature:
@@ -68,6 +88,11 @@ class Store(wiring.Component):
         if self._headroom:
             self._store_headroom(m, self._zeros(m, self._masks(m)))
         return m
+
+    def read_at(self, m: Module, tag: Any) -> None:
+        """Read the beat that ``tag`` names, of a vector that the caller chooses if there are several."""
+        m.d.comb += self.read.place.eq(tag.place)
+        m.d.comb += self.read.number.eq(tag.number)
 
     def _vector_address(self, port: Any) -> Value:
         """Start address of a vector; a single vector of a place has no number."""

@@ -2,22 +2,20 @@
 
 from typing import Any
 
-from amaranth import Module
+from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
+from tfra.hdl.parallel.beats import beat_in_quad
 from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_quad
 from tfra.hdl.parallel.scale_add import ScaleAdd, Stage, staged
 from tfra.hdl.parallel.tfra.combine.arbiter import Arbiter
-from tfra.hdl.parallel.tfra.combine.assembler import Assembler
-from tfra.hdl.parallel.tfra.combine.loader import ResidualLoader, WeightLoader
-from tfra.hdl.parallel.tfra.combine.operands import Addend, Multiplicand
-from tfra.hdl.parallel.tfra.combine.products import ProductBeats
-from tfra.hdl.parallel.tfra.combine.stages import Job
-from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
+from tfra.hdl.parallel.tfra.combine.loader import load_residuals, load_weights
+from tfra.hdl.parallel.tfra.combine.operands import ProductBeats, addend, multiplicand, product_beats
+from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Job, Store
 from tfra.model.fixed.design import Design
 
 
@@ -29,9 +27,9 @@ class Combine(wiring.Component):
         e0 = d0 + alpha d_dep,  d0 = b + g     e1 = d_ind + beta d_dep     d = e0 + mu_ind e1
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
-        b, residual, n -> loaders -> stores of Multiplicand: x -.
-                                     stores of Addend: z -------+-> ScaleAdd -> Assembler -> vector, forces
-        products -> ProductBeats --> Arbiter: which beat enters '      '-> e0, e1 back to the stores
+        b, residual, n -> loaders -> stores of x -> multiplicand -.
+                                     stores of z -> addend -------+-> ScaleAdd -> quads -> vector, forces
+        products -> product_beats -> Arbiter: which beat enters --'      '-> e0, e1 back to the stores
 
     x enters as a multiplier operand, shifted left by the headroom of its parity, which is determined while x is
     written.  A quad takes ``design.cycles_per_quad`` cycles; there are W = ``vector_words`` multipliers of operand x
@@ -95,53 +93,38 @@ class Combine(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         design = self._design
-        m.submodules.multiplicand = multiplicand = Multiplicand(design)
-        m.submodules.addend = addend = Addend(design)
-        m.submodules.products = products = ProductBeats(design)
+        m.submodules.n = n = Store(design, headroom=True)
+        m.submodules.x_residual = x_residual = Store(design, 2, headroom=True)
+        m.submodules.z_residual = z_residual = Store(design, 3)
+        m.submodules.e0 = e0 = Store(design)
+        m.submodules.e1 = e1 = Store(design, headroom=True)
         m.submodules.arbiter = arbiter = Arbiter(design)
-        self._load(m, multiplicand, addend, arbiter)
+        load_weights(m, design, self.n, n.write)
+        stored = load_residuals(m, design, self.b, self.residual, x_residual.write, z_residual.write)
+        m.d.comb += arbiter.residual_stored.eq(stored)
+        products = product_beats(m, design, self.products, self.forced)
         self._enter(m, products, arbiter)
         valid = staged(m, arbiter.valid, Stage.ENTRY, Stage.SUM, "valid", control=True)
         tag = staged(m, arbiter.tag, Stage.ENTRY, Stage.SUM, "tag")
         with m.If(tag[Stage.X_ADDRESS].job == Job.FORCE):
             m.d.sync += tag[Stage.X_CELL].scalar.eq(products.scalar)
-        m.d.comb += [
-            multiplicand.address.eq(tag[Stage.X_ADDRESS]),
-            multiplicand.job.eq(tag[Stage.X_READ].job),
-            addend.product.eq(products.words),
-            addend.address.eq(tag[Stage.Z_ADDRESS]),
-            addend.job.eq(tag[Stage.Z_READ].job),
-        ]
+        x, headroom = multiplicand(m, n, x_residual, e1, tag)
         m.submodules.scale_add = scale_add = ScaleAdd(design, design.architecture.vector_words, design.widths.vector)
         m.d.comb += [
-            scale_add.x.eq(multiplicand.words),
-            scale_add.headroom.eq(multiplicand.headroom),
+            scale_add.x.eq(x),
+            scale_add.headroom.eq(headroom),
             scale_add.scalar.eq(tag[Stage.ROUNDED].scalar),
-            scale_add.z.eq(addend.words),
+            scale_add.z.eq(addend(m, design, z_residual, e0, products.words, tag)),
         ]
-        self._write_back(m, tag, valid, scale_add.sum, {Job.E0: addend.e0, Job.E1: multiplicand.e1})
+        self._write_back(m, tag, valid, scale_add.sum, {Job.E0: e0.write, Job.E1: e1.write})
         self._announce_e1(m, tag[Stage.SUM], valid[Stage.SUM], arbiter)
         self._send(m, tag[Stage.SUM], valid[Stage.SUM], scale_add.sum)
         return m
-
-    def _load(self, m: Module, multiplicand: Multiplicand, addend: Addend, arbiter: Arbiter) -> None:
-        """Results of products into the stores."""
-        m.submodules.weights = weights = WeightLoader(self._design)
-        m.submodules.residuals = residuals = ResidualLoader(self._design)
-        wiring.connect(m, wiring.flipped(self.n), weights.n)
-        wiring.connect(m, wiring.flipped(self.b), residuals.b)
-        wiring.connect(m, wiring.flipped(self.residual), residuals.residual)
-        wiring.connect(m, weights.write, multiplicand.n)
-        wiring.connect(m, residuals.x, multiplicand.residual)
-        wiring.connect(m, residuals.z, addend.residual)
-        m.d.comb += arbiter.residual_stored.eq(residuals.stored)
 
     def _enter(self, m: Module, products: ProductBeats, arbiter: Arbiter) -> None:
         """The arbiter's candidates, and the tokens of the frames whose products have entered."""
         for name in ("direction", "affine", "chosen", "bank_token"):
             wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(arbiter, name))
-        wiring.connect(m, wiring.flipped(self.products), products.products)
-        wiring.connect(m, wiring.flipped(self.forced), products.forced)
         m.submodules.frame_tokens = frame_tokens = Tokens(FRAMES)
         wiring.connect(m, frame_tokens.o, wiring.flipped(self.frame_token))
         m.d.comb += [
@@ -170,10 +153,27 @@ class Combine(wiring.Component):
         ends = valid & (tag.job == Job.E1) & (tag.number == last)
         m.d.comb += arbiter.e1_stored.eq(delayed(m, ends, MEASURE - 1, "e1_stored", control=True))
 
-    def _send(self, m: Module, tag: Any, valid: Any, words: Any) -> None:
-        m.submodules.assembler = assembler = Assembler(self._design)
-        m.d.comb += assembler.valid.eq(valid)
-        m.d.comb += assembler.tag.eq(tag)
-        m.d.comb += assembler.sum.eq(words)
-        wiring.connect(m, assembler.vector, wiring.flipped(self.vector))
-        wiring.connect(m, assembler.forces, wiring.flipped(self.forces))
+    def _send(self, m: Module, tag: Any, valid: Any, beat: Any) -> None:
+        """Quads, a cycle after their last beat; beats of a force's quad may come between those of a vector's."""
+        is_force = tag.job == Job.FORCE
+        whole = valid & (beat_in_quad(self._design, tag.number) == self._design.cycles_per_quad - 1)
+        words = register(m, self._quad(m, valid, is_force, beat.as_value()), "words")
+        m.d.comb += [
+            self.vector.valid.eq(register(m, whole & ~is_force, "vector_valid", control=True)),
+            self.vector.payload.words.eq(words),
+            self.vector.payload.force.eq(register(m, tag.job == Job.D, "is_d")),
+            self.forces.valid.eq(register(m, whole & is_force, "forces_valid", control=True)),
+            self.forces.payload.eq(words),
+        ]
+
+    def _quad(self, m: Module, valid: Value, is_force: Value, latest: Value) -> Value:
+        """The beat after those of its quad that came before it."""
+        if self._design.cycles_per_quad == 1:
+            return latest
+        earlier = {}
+        for name, mine in (("vector", ~is_force), ("force", is_force)):
+            beats = Signal((self._design.cycles_per_quad - 1) * len(latest), name=f"{name}_beats", reset_less=True)
+            with m.If(valid & mine):
+                m.d.sync += beats.eq(Cat(beats, latest)[len(latest) :])
+            earlier[name] = beats
+        return Cat(Mux(is_force, earlier["force"], earlier["vector"]), latest)

@@ -7,6 +7,7 @@ import pytest
 
 from tests.hdl.parallel.designs import VECTORS, label
 from tests.marks import long
+from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
 from tfra.model.fixed.combine import combine
@@ -130,7 +131,7 @@ def _send(design, frames, stall_in=flowing, late=None):
     if late:
         usual = leave.get(late, lambda *_: True)
         leave[late] = lambda quad, record, cycle: cycle >= LATE - 1 and usual(quad, record, cycle)
-    outputs = {"vector": 3 * q * number, "forces": 3 * q * number, "frame_token": number}
+    outputs = {"vector": 3 * q * number, "forces": 3 * q * number, "frame_token": number + FRAMES}
     return run(Combine(design), frames.inputs(), outputs, stall_in=apart(stall_in, design.cycles_per_quad), leave=leave)
 
 
@@ -217,6 +218,7 @@ def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads
     assert cycles["products"][0] == LATE
+    assert cycles["frame_token"][-1] == cycles["products"][-1] + design.cycles_per_quad + 1
     latency = design.cycles_per_quad - 1 + dut.force_latency
     assert all(f - p == latency for p, f in zip(cycles["products"], cycles["forces"], strict=True))
     assert cycles["vector"][q] - cycles["vector"][q - 1] == design.cycles_per_quad + dut.pause
