@@ -4,19 +4,24 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Signal, Value, signed
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, round_off, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.hdl.parallel.matvec.drain_register import DrainRegister
 from tfra.hdl.parallel.matvec.operand import headroom_quad
-from tfra.hdl.parallel.matvec.placement import Placement, table
+from tfra.hdl.parallel.matvec.placement import placements, table
 from tfra.hdl.parallel.matvec.plan import stack_number
 from tfra.hdl.parallel.payloads import product
 from tfra.model.fixed.design import Design
+
+
+def drain_steps(design: Design) -> int:
+    """Cycles in which the words of a pass leave the drain register."""
+    return design.architecture.mac_lanes // design.architecture.vector_words
 
 
 def drain_latency(design: Design) -> int:
@@ -80,10 +85,29 @@ class Drain(wiring.Component):
 
     ::
 
-        sums -> DrainRegister -> sum -> coarse -> shifted -> round, flip -> assembled -> result
-                    Placement -> shift ---'---------'           '- marks: flip, kind, slots
+        sums -> drain register -> sum -> coarse -> shifted -> round, flip -> assembled -> result
+                    placement -> shift ---'---------'           '- marks: flip, kind, slots
 
-    Nothing after the sums waits, since products begin only when their results have a place.
+    The drain register captures all sums of a pass at once and sends W words a cycle, each minus its lane's sum of the
+    pass before.  Nothing after the sums waits, since products begin only when their results have a place.
+
+    Lanes accumulate from pass to pass, modulo their word.  The difference is exact, since the sum of a pass fits the
+    word.
+
+    ==================  =============  ============  =============  ===============================================
+    state               ``capturing``  ``draining``  ``last_step``  in this cycle
+    ==================  =============  ============  =============  ===============================================
+    empty               0              0             any            nothing; the register shifts all the same, so
+                                                                    that its words have one enable
+    capture             1              0             any            sums are captured; words leave from the next
+                                                                    cycle on
+    draining            0              1             0              W words leave
+    last words          0              1             1              the last W words leave; empty follows
+    last, and capture   1              1             1              the last W words leave, and sums are captured
+    ==================  =============  ============  =============  ===============================================
+
+    After a reset (``after_reset``) the sums, which may be anything, are captured once, as those of a pass before the
+    first.  They are the base of its differences, not results: ``primed`` is high when they have left.
     """
 
     def __init__(self, design: Design) -> None:
@@ -103,36 +127,69 @@ class Drain(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.register = sums = DrainRegister(self._design)
-        m.submodules.placement = placement = Placement(self._design)
-        valid = sums.draining & sums.primed
+        valid, words = self._words_out(m)
         group, last_group = self._group_counter(m, valid)
-        m.d.comb += [
-            *(into.eq(total) for into, total in zip(sums.sums, self.sums, strict=True)),
-            sums.completing.eq(self.completing),
-            self.complete.eq(sums.complete),
-            self.drained.eq(sums.drained),
-            placement.completing.eq(self.completing),
-            placement.new.eq(self.new),
-            placement.stack.eq(self.stack),
-            placement.leave.eq(valid & last_group),
-        ]
+        new = self.completing & self.new
+        placement = placements(m, self._design, new, self.stack, valid & last_group)
         layout = {"valid": 1, "complete": 1, "flip": 2, "group": group.shape(), "kind": self.result.p.kind.shape()}
         sum_marks = Signal(data.StructLayout(layout))
         m.d.sync += [
             sum_marks.valid.eq(valid),
-            sum_marks.complete.eq(valid & last_group & placement.quad.send),
-            sum_marks.flip.eq(placement.quad.flip),
+            sum_marks.complete.eq(valid & last_group & placement.send),
+            sum_marks.flip.eq(placement.flip),
             sum_marks.group.eq(group),
-            sum_marks.kind.eq(placement.quad.kind),
+            sum_marks.kind.eq(placement.kind),
         ]
         rounded = []
-        for number, word in enumerate(sums.words):
+        for number, word in enumerate(words):
             headroom = pick_word(self.headroom, group, number, self._words)
-            rounded.append(on_grid(m, self._design, number, word, placement.quad.offset + headroom))
+            rounded.append(on_grid(m, self._design, number, word, placement.offset + headroom))
         shifted_marks = delayed(m, sum_marks.as_value(), 2, "marks", control=True)
         self._send(m, data.View(sum_marks.shape(), shifted_marks), rounded)
         return m
+
+    def _words_out(self, m: Module) -> tuple[Value, list[Value]]:
+        """The words that leave the drain register, and whether they are those of a pass."""
+        steps = drain_steps(self._design)
+        after_reset = Signal(init=1)
+        capturing = Signal()
+        draining = Signal()
+        primed = Signal()
+        last_step = Signal()
+        next_step = Signal(counter_shape(steps - 1))
+        m.d.sync += [
+            after_reset.eq(0),
+            self.complete.eq(self.completing),
+            capturing.eq(self.completing | after_reset),
+            next_step.eq(Mux(self.completing | after_reset, 0, next_step + 1)),
+            last_step.eq(next_step == steps - 1),
+            draining.eq(capturing | (draining & ~last_step)),
+            primed.eq(primed | (draining & last_step)),
+        ]
+        m.d.comb += self.drained.eq(draining & last_step & primed)
+        leaving = self._shift(m, capturing)
+        before = self._before(m, leaving, draining, next_step)
+        bits = len(leaving[0])
+        words = [
+            (word - before.word_select(number, bits))[:bits].as_signed() for number, word in enumerate(leaving)
+        ]
+        return draining & primed, words
+
+    def _shift(self, m: Module, capturing: Value) -> list[Value]:
+        """The register, and the words that leave it."""
+        captured = [Signal.like(total, name=f"captured{lane}", reset_less=True) for lane, total in enumerate(self.sums)]
+        with m.If(capturing):
+            m.d.sync += (word.eq(total) for word, total in zip(captured, self.sums, strict=True))
+        with m.Else():
+            m.d.sync += (word.eq(behind) for word, behind in zip(captured, captured[self._words :], strict=False))
+        return captured[: self._words]
+
+    def _before(self, m: Module, leaving: list[Value], draining: Value, next_step: Value) -> Value:
+        """The same words of the pass before, from a memory that is read a cycle before it is written."""
+        bits = len(leaving[0]) * len(leaving)
+        before = Ram(m, "before", unsigned(bits), 1 << len(next_step))
+        before.write(draining, register(m, next_step, "step"), Cat(leaving))
+        return register(m, before.look_up(next_step), "before")
 
     def _group_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
         """Number of the group of W slots within its quad that leaves, and whether it completes the quad."""

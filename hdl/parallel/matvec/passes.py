@@ -1,7 +1,6 @@
 """Cycles of the passes of the matrix-vector unit, from the choice of a product to its results."""
 
-from tfra.hdl.parallel.matvec.drain import drain_latency
-from tfra.hdl.parallel.matvec.drain_register import drain_steps
+from tfra.hdl.parallel.matvec.drain import drain_latency, drain_steps
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE
 from tfra.hdl.parallel.matvec.plan import Plan

@@ -1,16 +1,13 @@
 """Treatment of the quads that leave the drain register: scale, order of parities, operator."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from amaranth import Array, Module, Mux, Signal
-from amaranth.lib import data, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth import Array, Module, Mux, Signal, Value
+from amaranth.lib import data
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.parallel.matvec.images import passes
-from tfra.hdl.parallel.matvec.plan import stack_number
 from tfra.model.fixed.design import Design
 
 
@@ -43,47 +40,34 @@ def table(design: Design) -> list[Row]:
     return rows
 
 
-def placement(design: Design) -> data.StructLayout:
-    """``offset``: of the right shift; ``flip``: slot s is parity s ^ flip; ``kind``: one bit set; ``send``: or none."""
-    top = max(row.offset for row in table(design))
-    return data.StructLayout({"offset": counter_shape(top), "flip": 2, "kind": len(design.kinds), "send": 1})
+def placements(m: Module, design: Design, new: Value, stack: Value, leave: Value) -> data.View:
+    """Placement of the quad whose words leave the drain register, the last ones in the cycle of ``leave``.
 
-
-class Placement(wiring.Component):
-    """Steps through :func:`table` quad by quad; a product's first pass jumps to its stack."""
-
-    def __init__(self, design: Design) -> None:
-        self._table = table(design)
-        super().__init__({
-            "completing": In(1),  # the sums of a pass will be captured in the next cycle
-            "new": In(1),  # in the same cycle as ``completing``, it is the first pass of its product
-            # In the same cycle as ``completing``, that of the product in design.stacks.
-            "stack": In(stack_number(design)),
-            "leave": In(1),  # the last words of a quad leave the drain register
-            "quad": Out(placement(design)),  # placement of that quad
-        })
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        row_number = Signal(counter_shape(len(self._table) - 1))
-        quad_number = Signal(counter_shape(max(row.quads for row in self._table) - 1))  # of the row
-        ends_row = Signal()
-        with m.Switch(row_number):
-            for number, row in enumerate(self._table):
-                with m.Case(number):
-                    m.d.comb += [
-                        self.quad.offset.eq(row.offset),
-                        self.quad.flip.eq(row.flip),
-                        self.quad.kind.eq(0 if row.kind is None else 1 << row.kind),
-                        self.quad.send.eq(row.kind is not None),
-                        ends_row.eq(quad_number == row.quads - 1),
-                    ]
-        with m.If(self.leave):
-            m.d.sync += quad_number.eq(Mux(ends_row, 0, quad_number + 1))
-            m.d.sync += row_number.eq(row_number + ends_row)
-        starts = [number for number, row in enumerate(self._table) if row.starts_stack]
-        start = register(m, Array(starts)[self.stack], "start")
-        with m.If(register(m, self.completing & self.new, "starts", control=True)):
-            m.d.sync += quad_number.eq(0)
-            m.d.sync += row_number.eq(start)
-        return m
+    ``offset``: of the right shift; ``flip``: slot s is parity s ^ flip; ``kind``: one bit set; ``send``: or none.
+    Steps through :func:`table` quad by quad; ``new``, a cycle before the first pass of a product is captured, jumps to
+    its ``stack``.
+    """
+    rows = table(design)
+    offset = counter_shape(max(row.offset for row in rows))
+    quad = Signal(data.StructLayout({"offset": offset, "flip": 2, "kind": len(design.kinds), "send": 1}))
+    row_number = Signal(counter_shape(len(rows) - 1))
+    quad_number = Signal(counter_shape(max(row.quads for row in rows) - 1))  # of the row
+    ends_row = Signal()
+    with m.Switch(row_number):
+        for number, row in enumerate(rows):
+            with m.Case(number):
+                m.d.comb += [
+                    quad.offset.eq(row.offset),
+                    quad.flip.eq(row.flip),
+                    quad.kind.eq(0 if row.kind is None else 1 << row.kind),
+                    quad.send.eq(row.kind is not None),
+                    ends_row.eq(quad_number == row.quads - 1),
+                ]
+    with m.If(leave):
+        m.d.sync += quad_number.eq(Mux(ends_row, 0, quad_number + 1))
+        m.d.sync += row_number.eq(row_number + ends_row)
+    start = register(m, Array(number for number, row in enumerate(rows) if row.starts_stack)[stack], "start")
+    with m.If(register(m, new, "starts", control=True)):
+        m.d.sync += quad_number.eq(0)
+        m.d.sync += row_number.eq(start)
+    return quad

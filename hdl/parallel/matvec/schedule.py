@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.hdl.parallel.matvec.drain_register import drain_steps
+from tfra.hdl.parallel.matvec.drain import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
 from tfra.hdl.parallel.matvec.plan import Plan, Source, of_number, stack_number
 from tfra.model.fixed.design import Design

@@ -37,11 +37,10 @@ from amaranth import Array, Cat, Elaboratable, Module, Mux, Signal, Value, signe
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.pipeline import READ, delayed, register
+from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain
-from tfra.hdl.parallel.matvec.images import lane_images, low_bits, tail
-from tfra.hdl.parallel.matvec.loader import Loader
+from tfra.hdl.parallel.matvec.images import depth, lane_images, low_bits, tail
 from tfra.hdl.parallel.matvec.operand import PREPARE, OperandBuffer, Prepare, headroom_quad, lengths_differ
 from tfra.hdl.parallel.matvec.passes import CAPTURE, Passes, full
 from tfra.hdl.parallel.matvec.plan import Plan, Source, stack_number
@@ -137,13 +136,8 @@ class MatVec(wiring.Component):
         m.submodules.rom = rom = Rom(images >> cut.bits, bits, design.target, loaded=loaded)
         address = delayed(m, schedule.address, _ADDRESS - 1, "address")
         if loaded:
-            m.submodules.loader = loader = Loader(design)
-            wiring.connect(m, wiring.flipped(self.load), loader.load)
-            address = Mux(loader.writing, loader.address, address)
-            write = register(m, loader.write, "write", control=True)
-            data = register(m, loader.data, "data")
+            write, address, data = self._load(m, address)
             m.d.comb += [
-                self.loading.eq(loader.loading),
                 rom.write.eq(write),
                 rom.data.eq(data[cut.bits :] if cut.bits else data),
             ]
@@ -161,6 +155,28 @@ class MatVec(wiring.Component):
         with_tail = delayed(m, has_tail, Rom.latency, "tail_valid")
         pairs = zip(rom.words, low.words, strict=True)
         return [Cat(Mux(with_tail, short, 0)[: cut.bits], long).as_signed() for long, short in pairs]
+
+    def _load(self, m: Module, address: Value) -> tuple[Value, Value, Value]:
+        """The stream of coefficients, lane by lane, each lane's in the order in which it reads them.
+
+        A bit for each lane that is written, the address, which is that of reads once all have been written, and data.
+        """
+        loading = Signal(init=1)  # high until all have arrived
+        taken = self.load.valid & loading
+        place, last = wrapping_counter(m, taken, depth(self._design), "place")
+        lane = Signal(self._design.architecture.mac_lanes, init=1)  # one bit, of the lane whose turn it is
+        m.d.comb += [
+            self.load.ready.eq(loading),
+            self.loading.eq(loading),
+        ]
+        with m.If(taken & last):
+            m.d.sync += lane.eq(lane << 1)
+            m.d.sync += loading.eq(~lane[-1])
+        writing = Signal(init=1)
+        m.d.sync += writing.eq(loading)
+        write = delayed(m, lane & taken.replicate(len(lane)), 2, "write", control=True)
+        data = register(m, register(m, self.load.payload, "loaded", control=True), "data")
+        return write, Mux(writing, register(m, place, "write_address", control=True), address), data
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One buffer for each source, so that no operand waits for another's transfers."""
