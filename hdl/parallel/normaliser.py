@@ -30,9 +30,9 @@ class Normaliser(wiring.Component):
     A frame loads into one page while the one before leaves the other.  Its last taxel waits until the quads and the
     facts of the frame before have all been taken: there is one exponent, and the facts of two frames never meet.
 
-    A taxel a cycle, a quad a cycle, a frame every ``interval`` cycles.  Resources: four memories of ``2 Q`` codes,
-    barrel shifters for four codes and the sum, no multiplier; 10 x 10 taxels of 14 bits take 820 LUT4, 350 flip-flops
-    and 64 16 x 4 memories of an ECP5.
+    A taxel a cycle, a quad a cycle, a frame every ``max(m, latency + Q)`` cycles.  Resources: four memories of ``2 Q``
+    codes, barrel shifters for four codes and the sum, no multiplier; 10 x 10 taxels of 14 bits take 820 LUT4,
+    350 flip-flops and 64 16 x 4 memories of an ECP5.
     """
 
     def __init__(self, design: Design) -> None:
@@ -46,18 +46,8 @@ class Normaliser(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Cycles from the transfer of a frame's last taxel to the transfer of its first quad."""
+        """Cycles from the transfer of a frame's last taxel to those of its first quad and of its facts."""
         return 5
-
-    @property
-    def facts_latency(self) -> int:
-        """Cycles from the transfer of a frame's last taxel to the transfer of its facts."""
-        return 5
-
-    @property
-    def interval(self) -> int:
-        """Cycles from a frame to the next when nothing stalls."""
-        return max(self._design.sensor.taxels, self.latency + self._design.quads)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -96,13 +96,8 @@ class Scaling(wiring.Component):
 
     @property
     def force_latency(self) -> int:
-        """Cycles from the transfer of a taxel to that of its word."""
+        """Cycles from the transfer of a taxel to that of its word; from a frame's last one to its status one more."""
         return self.latency
-
-    @property
-    def status_latency(self) -> int:
-        """Cycles from the transfer of a frame's last taxel to that of its status."""
-        return self.latency + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

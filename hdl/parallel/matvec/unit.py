@@ -42,7 +42,7 @@ from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain
 from tfra.hdl.parallel.matvec.images import depth, lane_images, low_bits, tail
 from tfra.hdl.parallel.matvec.operand import PREPARE, OperandBuffer, Prepare, headroom_quad, lengths_differ
-from tfra.hdl.parallel.matvec.passes import CAPTURE, Passes, full
+from tfra.hdl.parallel.matvec.passes import CAPTURE
 from tfra.hdl.parallel.matvec.plan import Plan, Source, stack_number
 from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.payloads import product
@@ -87,18 +87,6 @@ class MatVec(wiring.Component):
             "load": In(stream.Signature(coefficient)),  # the coefficients after a reset
             "loading": Out(1),  # high until all have arrived; no frame may come before
         }
-
-    def latency(self, stack: str) -> int:
-        """Cycles from the transfer of the last operand quad to the first result of an otherwise idle unit."""
-        return self._results(stack)[0]
-
-    def duration(self, stack: str) -> int:
-        """Cycles from the transfer of the last operand quad to the last result of an otherwise idle unit."""
-        return self._results(stack)[-1]
-
-    def _results(self, stack: str) -> list[int]:
-        _, results = Passes(self._design).product(stack, full(self._design, self._plan, stack))
-        return results
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -73,7 +73,7 @@ class Centroids(wiring.Component):
     ..., 16, 4, 1 places.  It works on copies while the next frame accumulates; that frame's last taxel waits until the
     direction has been taken.
 
-    A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
+    A taxel a cycle, a frame every ``max(m, latency + 1)`` cycles.  Resources: about 20 registers of a
     moment's length, no multiplier; 10 x 10 taxels of 14 bits take 810 LUT4 and 560 flip-flops of an ECP5.
     """
 
@@ -91,11 +91,6 @@ class Centroids(wiring.Component):
         sums, products = 4, (self._design.widths.magnitude + 1) + (sizes.ratio + 1)
         normalisations, rounding, decision = 2 * 2 * len(sizes.shifts), 1, 4
         return sums + products + normalisations + rounding + decision
-
-    @property
-    def interval(self) -> int:
-        """Cycles from a frame to the next when nothing stalls."""
-        return max(self._design.sensor.taxels, self.latency + 1)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -31,7 +31,7 @@ class Forces(wiring.Component):
     over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of an odd count is
     read once, from its first place.  The memory holds more than a frame, so that the products of a frame need not wait
     for its words to be sent.  A word is read when the queue has a place for it, so nothing on its path waits.  One
-    quad per cycle in, one taxel per cycle out; no multiplier.
+    quad per cycle in, one taxel per cycle out, planes without a gap; no multiplier.
     """
 
     def __init__(self, design: Design) -> None:
@@ -58,11 +58,6 @@ class Forces(wiring.Component):
     def read_latency(self) -> int:
         """Cycles from the last read of a plane to the transfer of its last taxel, when nothing stalls."""
         return READ + 1 + Fifo.latency
-
-    @property
-    def plane_cycles(self) -> int:
-        """Cycles in which a plane is sent; planes follow each other without a gap when their quads come in time."""
-        return self._design.sensor.taxels
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

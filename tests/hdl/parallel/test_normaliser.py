@@ -135,9 +135,9 @@ def test_cycles_are_the_promised_ones(size):
     cycles = compare(design, [np.full(m, value) for value in (0, 5, -8192, 1)], block=block).cycles
     last, first = np.array(cycles["taxel"][m - 1 :: m]), np.array(cycles["quads"][::q])
     assert (first - last == block.latency).all()
-    assert (np.array(cycles["frame"]) - last == block.facts_latency).all()
+    assert (np.array(cycles["frame"]) - last == block.latency).all()
     assert (np.array(cycles["quads"][q - 1 :: q]) - first == q - 1).all()
-    assert (np.diff(last) == block.interval).all()
+    assert (np.diff(last) == max(m, block.latency + q)).all()
 
 
 def test_a_corrupted_word_is_noticed(monkeypatch):

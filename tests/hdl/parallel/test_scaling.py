@@ -130,7 +130,7 @@ def check_cycles(d: Design, dut: Scaling, cycles: dict[str, list[int]]) -> None:
     assert (by_frame[1:, 0] - by_frame[:-1, -1] == 3).all()
     assert (by_frame[:, 10:-1].ravel() - cycles["taxel"] == dut.force_latency).all()
     ends = np.array(cycles["taxel"])[taxels - 1 :: taxels]
-    assert (by_frame[:, -1] - ends == dut.status_latency).all()
+    assert (by_frame[:, -1] - ends == dut.latency + 1).all()
     assert all(cycles[fact] == (ends + 2).tolist() for fact in FACTS)
 
 

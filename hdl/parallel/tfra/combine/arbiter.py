@@ -41,7 +41,8 @@ class Arbiter(wiring.Component):
     last in hand  1         1          the vector's last beat enters; idle follows
     ============  ========  =========  ==================================================
 
-    An idle arbiter begins a vector in a cycle with a beat of products, too.
+    An idle arbiter begins a vector in a cycle with a beat of products, too.  Its first beat enters two cycles after the
+    first clock edge that finds the last of its facts, or of the vector before with a cycle between them.
     """
 
     def __init__(self, design: Design) -> None:
@@ -62,12 +63,6 @@ class Arbiter(wiring.Component):
             "valid": Out(1),  # a beat enters
             "tag": Out(tag_layout(design)),  # that of the beat; without the scalar, if it is one of products
         })
-
-    begin_latency = 2
-    """Cycles from the first clock edge that finds the last of a vector's facts to the entry of its first beat."""
-
-    pause = 1
-    """Cycles between the entry of a vector's last beat and that of the next one's first, beyond one."""
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

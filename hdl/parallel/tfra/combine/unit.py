@@ -37,6 +37,10 @@ class Combine(wiring.Component):
 
     Nothing in the pipeline waits: a vector begins when a ``bank_token`` reserves a bank of its receiver.
     ``FRAMES`` frames have a place each in the stores; the sender of a frame's data holds its token.
+
+    e0 leaves ``MEASURE + cycles_per_quad + force_latency`` cycles after the last beat of ``residual``, or three less
+    after the clock edge that finds the last of its facts valid; d ``cycles_per_quad + 1 + force_latency`` after that
+    which finds ``chosen`` valid, or after the second cycle from the transfer of the last e1.
     """
 
     def __init__(self, design: Design) -> None:
@@ -64,31 +68,9 @@ class Combine(wiring.Component):
         })
 
     @property
-    def latency(self) -> int:
-        """Cycles from the last beat of ``residual`` to the first transfer of ``vector``, e0.
-
-        ``affine`` and ``direction`` are held by their senders; when one comes later, it is three less from the first
-        clock edge that finds both valid.
-        """
-        return MEASURE + self._design.cycles_per_quad + self.force_latency
-
-    @property
-    def update_latency(self) -> int:
-        """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
-
-        When the last e1 leaves later than that, cycles count from the second one after its transfer.
-        """
-        return Arbiter.begin_latency + self._design.cycles_per_quad - 1 + self.force_latency
-
-    @property
     def force_latency(self) -> int:
         """Cycles from the last beat of a quad of ``products`` to the transfer of its quad of ``forces``."""
         return Stage.OUTPUT - Stage.ENTRY
-
-    @property
-    def pause(self) -> int:
-        """Cycles between the entry of a vector's last beat and that of the next one's first, beyond one."""
-        return Arbiter.pause
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

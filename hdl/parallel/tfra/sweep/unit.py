@@ -104,12 +104,6 @@ class Sweep(wiring.Component):
         return WORDS - 1 + sums_wait(self._design)
 
     @property
-    def interval(self) -> int:
-        """Cycles per frame while all inputs are always there and the index is always taken."""
-        steps = self._design.quads - 1
-        return WORDS * steps + max(self.frame_interval, WORDS + self.e0_interval * steps + self.turn)
-
-    @property
     def latency(self) -> int:
         """Cycles from the last part of the frame's last normal quad (the 2Q-th) to the transfer of the index.
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.designs import label
-from tfra.hdl.parallel.matvec.images import bases, depth, lane_images
-from tfra.hdl.parallel.matvec.passes import FULL, full
+from tfra.hdl.parallel.matvec.passes import FULL, Passes, full
 from tfra.hdl.parallel.matvec.plan import Plan, Source
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
@@ -160,35 +159,26 @@ def test_a_wrong_bit_is_noticed():
 @pytest.mark.parametrize("name", ["codes", "short", "long", "mid"])
 def test_latency_duration_and_passes_are_as_told(design, name):
     """Of one product alone."""
-    unit, drawn = MatVec(design, PLAN), draw(design, 1, 11)
+    drawn = draw(design, 1, 11)
     port = "pair" if name == "mid" else name
     quads = drawn[name][0].tolist()
     payloads = [{"words": quad, "other": 0} for quad in quads] if name == "mid" else quads
     late = max(spacing(design, stack) for stack in SIZES)
     seen = run(
-        unit,
+        MatVec(design, PLAN),
         {port: payloads, "place": [0], "frame": [0]},
         {"result": design.stacks[name].quads},
         leave={port: lambda quad, record, cycle: cycle > late},
     )
     cycles = np.array(seen.cycles["result"]) - seen.cycles[port][-1]
-    assert (cycles[0], cycles[-1]) == (unit.latency(name), unit.duration(name))
+    _, stated = Passes(design).product(name, full(design, PLAN, name))
+    assert (cycles[0], cycles[-1]) == (stated[0], stated[-1])
 
 
 def test_a_product_of_codes_begins_with_the_first_quad():
     design = make(4)
     assert full(design, PLAN, "codes") == 2 - SIZES["codes"][0]
     assert full(design, PLAN, "long") == FULL
-
-
-def test_memories_hold_each_stack_where_it_begins():
-    design = make(8)
-    images, start = lane_images(design), bases(design)
-    assert images.shape == (8, depth(design)) == (8, 6 * 3 + 9 * 2 + 1 * 2 + 3 * 1 + 3 * 4)
-    for name, (columns, _) in SIZES.items():
-        op = design.stacks[name].operators[0]
-        first = images[:4, start[name] : start[name] + columns]
-        assert first.tolist() == op.rows[0, np.arange(4) ^ op.flip].tolist()
 
 
 def test_tokens_in_and_out():

@@ -79,7 +79,7 @@ def test_latency_and_throughput(design):
     seen = _run(dut, design, folded, folded.shape[0] * plane)
     into, out = seen.cycles["folded"], seen.cycles["taxel"]
     assert out[0] - into[design.quads - 1] == dut.latency
-    assert out[plane] - out[0] == max(dut.plane_cycles, design.quads * design.cycles_per_quad)
+    assert out[plane] - out[0] == max(plane, design.quads * design.cycles_per_quad)
     assert np.all(np.diff(np.reshape(out, (-1, plane))) == 1)
 
 

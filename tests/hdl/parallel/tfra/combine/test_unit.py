@@ -7,7 +7,7 @@ import pytest
 
 from tests.hdl.parallel.designs import VECTORS, label
 from tests.marks import long
-from tfra.hdl.parallel.tfra.combine.store import FRAMES
+from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
 from tfra.model.fixed.combine import combine
@@ -201,16 +201,17 @@ def _late(design, port, number=1):
 def test_latency(design, port, less):
     dut, cycles = _late(design, port)
     start = cycles["residual"][-1] + design.cycles_per_quad - 1 if port == "residual" else LATE
-    assert cycles["vector"][0] - start == dut.latency - less
+    assert cycles["vector"][0] - start == MEASURE + design.cycles_per_quad + dut.force_latency - less
     assert cycles["bank_token"][0] == cycles["vector"][0] - dut.force_latency - design.cycles_per_quad + 1
 
 
 @pytest.mark.parametrize("design", [*VECTORS[:1], *long(*VECTORS[1:])], ids=label)
 def test_update_latency(design):
     dut, cycles = _late(design, "chosen")
-    assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
+    latency = design.cycles_per_quad + 1 + dut.force_latency
+    assert cycles["vector"][2 * design.quads] - LATE == latency
     dut, cycles = _late(design, "products")
-    assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 2
+    assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == latency + 2
 
 
 @pytest.mark.parametrize("design", [*VECTORS[:1], *long(*VECTORS[1:])], ids=label)
@@ -221,7 +222,7 @@ def test_force_latency_and_jobs(design):
     assert cycles["frame_token"][-1] == cycles["products"][-1] + design.cycles_per_quad + 1
     latency = design.cycles_per_quad - 1 + dut.force_latency
     assert all(f - p == latency for p, f in zip(cycles["products"], cycles["forces"], strict=True))
-    assert cycles["vector"][q] - cycles["vector"][q - 1] == design.cycles_per_quad + dut.pause
+    assert cycles["vector"][q] - cycles["vector"][q - 1] == design.cycles_per_quad + 1
     assert np.all(np.diff(cycles["forces"]) == design.cycles_per_quad)
 
 
