@@ -150,12 +150,13 @@ class MatVec(wiring.Component):
         A bit for each lane that is written, the address, which is that of reads once all have been written, and data.
         """
         loading = Signal(init=1)  # high until all have arrived
-        taken = self.load.valid & loading
+        taken = Signal()
         place, last = wrapping_counter(m, taken, depth(self._design), "place")
         lane = Signal(self._design.architecture.mac_lanes, init=1)  # one bit, of the lane whose turn it is
         m.d.comb += [
             self.load.ready.eq(loading),
             self.loading.eq(loading),
+            taken.eq(self.load.valid & loading),
         ]
         with m.If(taken & last):
             m.d.sync += lane.eq(lane << 1)
