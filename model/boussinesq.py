@@ -30,11 +30,6 @@ class Operators:
         """A = [C31 C32 C33], shape ``(m, 3m)`` (Eq. 4)."""
         return np.hstack([self.c31, self.c32, self.c33])
 
-    @property
-    def pinv(self) -> Floats:
-        """A-dagger, shape ``(3m, m)`` (Eq. 6)."""
-        return np.vstack([self.pinv1, self.pinv2, self.pinv3])
-
 
 def boussinesq(sensor: SensorArray) -> tuple[Floats, Floats, Floats]:
     """C31, C32, C33 of Eq. 5, each ``(m, m)`` in 1/m^2: row = taxel, column = force.

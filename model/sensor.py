@@ -1,7 +1,7 @@
 """The tactile array: a grid of normal-stress taxels under an elastic cover."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -9,12 +9,17 @@ import numpy as np
 from tfra.model.arrays import Floats
 
 
-def _count(meaning: str) -> Mapping[str, str]:
-    return {"unit": "", "meaning": meaning}
-
-
-def _length(meaning: str) -> Mapping[str, str]:
-    return {"unit": "m", "meaning": meaning}
+def require_finite(
+    owner: object,
+    *names: str,
+    needed: str = "a positive, finite length",
+    good: Callable[[float], bool] = lambda value: value > 0,
+) -> None:
+    """Raise ``ValueError`` that starts with the name of a field of ``owner`` that is not finite and ``good``."""
+    for name in names:
+        value = getattr(owner, name)
+        if not (math.isfinite(value) and good(value)):
+            raise ValueError(f"{name}: {needed} is needed, got {value}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,20 +34,17 @@ class SensorArray:
     tell the direction of a tangential force) and for lengths that are not positive and finite.
     """
 
-    rows: int = field(metadata=_count("taxels along y"))
-    columns: int = field(metadata=_count("taxels along x"))
-    pitch_x: float = field(metadata=_length("distance of taxels along x"))
-    pitch_y: float = field(metadata=_length("distance of taxels along y"))
-    thickness: float = field(metadata=_length("thickness of the elastic cover"))
+    rows: int = field(metadata={"meaning": "taxels along y"})
+    columns: int = field(metadata={"meaning": "taxels along x"})
+    pitch_x: float = field(metadata={"meaning": "distance of taxels along x"})
+    pitch_y: float = field(metadata={"meaning": "distance of taxels along y"})
+    thickness: float = field(metadata={"meaning": "thickness of the elastic cover"})
 
     def __post_init__(self) -> None:
         for name in ("rows", "columns"):
             if getattr(self, name) < 2:
                 raise ValueError(f"{name}: at least 2 taxels are needed, got {getattr(self, name)}")
-        for name in ("pitch_x", "pitch_y", "thickness"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name}: a positive, finite length is needed, got {value}")
+        require_finite(self, "pitch_x", "pitch_y", "thickness")
 
     @property
     def taxels(self) -> int:
@@ -91,4 +93,4 @@ class SensorKey:
 
 def sensor_keys() -> tuple[SensorKey, ...]:
     """All keys in the order of the fields: a new field of :class:`SensorArray` is in all files at once."""
-    return tuple(SensorKey(f.name, f.metadata["meaning"], f.metadata["unit"] == "m") for f in fields(SensorArray))
+    return tuple(SensorKey(f.name, f.metadata["meaning"], f.type is float) for f in fields(SensorArray))

@@ -8,7 +8,7 @@ A body that sticks in the middle of its footprint and slips at the edge transfer
 of some loads is the pressure times 1 - s (1 - u^2 - v^2)^b, and s (1 - u^2)^b (1 - v^2)^b on a rectangle.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -65,7 +65,10 @@ class Loads:
     @property
     def reach(self) -> Floats:
         """Half sides of the upright rectangle about each footprint, ``(n, 2)``."""
-        return _reach(self.half, self.angle, self.square)
+        cos, sin = np.abs(np.cos(self.angle)), np.abs(np.sin(self.angle))
+        x, y = self.half.T
+        ways = np.stack([np.stack([x * cos, y * sin]), np.stack([x * sin, y * cos])])
+        return np.asarray(np.where(self.square, ways.sum(axis=1), np.hypot(ways[:, 0], ways[:, 1])).T)
 
     def grids(self, count: int) -> Grids:
         """Pressure and traction of each load as the shares of ``count x count`` cells of that rectangle."""
@@ -84,12 +87,6 @@ class Loads:
         return Grids(self.center[:, :1] + across, self.center[:, 1:] + along, *shares)
 
 
-def _reach(half: Floats, angle: Floats, square: Bools) -> Floats:
-    cos, sin = np.abs(np.cos(angle)), np.abs(np.sin(angle))
-    ways = np.stack([np.stack([half[:, 0] * cos, half[:, 1] * sin]), np.stack([half[:, 0] * sin, half[:, 1] * cos])])
-    return np.asarray(np.where(square, ways.sum(axis=1), np.hypot(ways[:, 0], ways[:, 1])).T)
-
-
 def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator) -> Loads:
     """Loads anywhere on the block of ``sensor``."""
     pitch, block = np.array([sensor.pitch_x, sensor.pitch_y]), np.array([sensor.size_x, sensor.size_y])
@@ -99,11 +96,11 @@ def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator) -> L
     square = rng.random(count) < 0.5
     tilt = rng.uniform(-1.0, 1.0, (count, 2)) * (rng.random((count, 1)) < TILTED)
     sticking = rng.random(count) * (rng.random(count) < STICKING)
-    reach = _reach(half, angle, square)
-    shrunk = np.minimum(1.0, 0.45 * block / reach).min(axis=1, keepdims=True)
-    free = block / 2 - shrunk * reach
-    center = (block - pitch) / 2 + rng.uniform(-1.0, 1.0, (count, 2)) * free
-    return Loads(center, shrunk * half, angle, power, square, tilt, sticking, rng.uniform(*EDGES, count))
+    aside = rng.uniform(-1.0, 1.0, (count, 2))
+    loads = Loads(aside, half, angle, power, square, tilt, sticking, rng.uniform(*EDGES, count))
+    shrunk = np.minimum(1.0, 0.45 * block / loads.reach).min(axis=1, keepdims=True)
+    center = (block - pitch) / 2 + aside * (block / 2 - shrunk * loads.reach)
+    return replace(loads, center=center, half=shrunk * half)
 
 
 def random_cover(sensor: SensorArray, rng: np.random.Generator) -> tuple[Cover, bool]:

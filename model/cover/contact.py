@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import special
 
 from tfra.model.arrays import Floats
-from tfra.model.sensor import SensorArray
+from tfra.model.sensor import SensorArray, require_finite
 from tfra.runtime.errors import quoted
 
 
@@ -86,18 +86,11 @@ class Contact:
         except ValueError:
             known = ", ".join(ContactShape)
             raise ValueError(f"shape: one of {known} is needed, got {quoted(self.shape)}") from None
-        for name in ("center_x", "center_y", "phi"):
-            _require(math.isfinite(getattr(self, name)), name, "a finite number", getattr(self, name))
-        for name in ("half_x", "half_y"):
-            value = getattr(self, name)
-            _require(math.isfinite(value) and value > 0, name, "a positive, finite length", value)
-        _require(
-            math.isfinite(self.normal_force) and self.normal_force < 0,
-            "normal_force",
-            "a negative (compressive), finite force",
-            self.normal_force,
-        )
-        _require(math.isfinite(self.mu) and self.mu >= 0, "mu", "a finite number >= 0", self.mu)
+        require_finite(self, "center_x", "center_y", "phi", needed="a finite number", good=lambda value: True)
+        require_finite(self, "half_x", "half_y")
+        force = "a negative (compressive), finite force"
+        require_finite(self, "normal_force", needed=force, good=lambda value: value < 0)
+        require_finite(self, "mu", needed="a finite number >= 0", good=lambda value: value >= 0)
 
     @property
     def force(self) -> tuple[float, float, float]:
@@ -148,11 +141,6 @@ class Contacts:
 
     def __len__(self) -> int:
         return len(self.shape)
-
-
-def _require(condition: bool, name: str, needed: str, value: float) -> None:
-    if not condition:
-        raise ValueError(f"{name}: {needed} is needed, got {value}")
 
 
 def _hertz_transform(s_x: Floats, s_y: Floats) -> Floats:

@@ -40,7 +40,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from tfra.model.arrays import Floats
 from tfra.model.cover import contact as contact_module
 from tfra.model.cover.contact import Contact
-from tfra.model.sensor import SensorArray
+from tfra.model.sensor import SensorArray, require_finite
 from tfra.runtime.store import cache_directory, cached
 
 try:
@@ -72,12 +72,10 @@ class Mesh:
     growth: float = 1.2
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.size) and self.size > 0):
-            raise ValueError(f"size: a positive, finite length is needed, got {self.size}")
+        require_finite(self, "size")
         if self.layers < 2:
             raise ValueError(f"layers: at least 2 are needed, got {self.layers}")
-        if not (math.isfinite(self.growth) and self.growth >= 1):
-            raise ValueError(f"growth: a finite ratio >= 1 is needed, got {self.growth}")
+        require_finite(self, "growth", needed="a finite ratio >= 1", good=lambda value: value >= 1)
 
     def planes(self, sensor: SensorArray, contact: Contact) -> tuple[Floats, Floats, Floats]:
         """Increasing coordinates of the element planes across x, y and z, m; origin in the first taxel, base z = 0."""

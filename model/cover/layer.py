@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact, Contacts, ContactShape
-from tfra.model.sensor import SensorArray
+from tfra.model.sensor import SensorArray, require_finite
 
 Sampling = Literal["point", "area"]
 
@@ -42,15 +42,10 @@ _SLACK = 1e-9  # share of the block's size by which rounding may push a footprin
 
 @dataclass(frozen=True, slots=True)
 class ElasticLayer:
-    """A bonded elastic block with roller sides; lengths in metres.
+    """A bonded elastic block with roller sides: extents, height h, Poisson's ratio and lowest corner; lengths in m.
 
-    Attributes:
-        size_x, size_y: Extents of the block, > 0.
-        thickness: Height h of the block, > 0.
-        poisson: Poisson's ratio, -1 < nu <= 0.5; 0.5 (incompressible) is fine.
-        origin_x, origin_y: Corner of the block with the smallest coordinates.
-
-    Raises ``ValueError`` naming the field for a value outside these ranges or not finite.
+    Raises ``ValueError`` naming the field for a value that is not finite, for lengths that are not positive, and for a
+    ratio outside -1 < nu <= 0.5; 0.5 (incompressible) is fine.
     """
 
     size_x: float
@@ -61,15 +56,9 @@ class ElasticLayer:
     origin_y: float
 
     def __post_init__(self) -> None:
-        for name in ("size_x", "size_y", "thickness"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"{name}: a positive, finite length is needed, got {value}")
-        if not -1.0 < self.poisson <= 0.5:
-            raise ValueError(f"poisson: a value in (-1, 0.5] is needed, got {self.poisson}")
-        for name in ("origin_x", "origin_y"):
-            if not math.isfinite(getattr(self, name)):
-                raise ValueError(f"{name}: a finite coordinate is needed, got {getattr(self, name)}")
+        require_finite(self, "size_x", "size_y", "thickness")
+        require_finite(self, "poisson", needed="a value in (-1, 0.5]", good=lambda value: -1.0 < value <= 0.5)
+        require_finite(self, "origin_x", "origin_y", needed="a finite coordinate", good=lambda value: True)
 
     @classmethod
     def under(
@@ -105,19 +94,12 @@ class ElasticLayer:
         y: npt.ArrayLike,
         window: tuple[float, float] = (0.0, 0.0),
     ) -> Floats:
-        """Return the normal stress b_z at the base, Pa, compression negative.
+        """Return the normal stress b_z at the base, ``(len(contacts), len(y), len(x))``, Pa, compression negative.
 
-        Args:
-            contacts: The loads, each a frame of its own.
-            x, y: Coordinates of the grid's columns and rows, m; one-dimensional.
-            window: Sides of the rectangle about each grid point to average over, m; zero for point values.
-
-        Returns:
-            Array of shape ``(len(contacts), len(y), len(x))``.  Modes are summed up to ``TRUNCATION``.
-
-        Raises:
-            ValueError: A footprint (named by the contact's index and the field), a grid point or a window
-                leaves the block, or ``x`` or ``y`` is not one-dimensional.
+        Each contact is a frame of its own; ``x`` and ``y`` are the grid's columns and rows, m, and ``window`` the sides
+        of the rectangle about each point to average over, zero for point values.  Modes reach up to ``TRUNCATION``.
+        Raises ``ValueError`` if a footprint (named by the contact's index and the field), a point or a window leaves
+        the block, or if ``x`` or ``y`` is not one-dimensional.
         """
         loads, modes = Contacts.of(contacts), _modes(self)
         self._check_footprints(loads)

@@ -23,21 +23,19 @@ class FixedModel(ABC, Generic[Trace]):
 
     def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
         """Result words of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
-        words: list[Ints] = []
-        parts: list[Mapping[str, Ints]] = []
-        for trace in self.traces(codes):
-            words.append(self._words(trace, first_frame))
-            parts.append(self._stages(trace, words[-1]))
-            first_frame += len(words[-1])
-        return FixedResult(np.concatenate(words), tuple(parts))
+        parts = [(words, self._stages(trace, words)) for trace, words in self._numbered(codes, first_frame)]
+        words, stages = zip(*parts, strict=True)
+        return FixedResult(np.concatenate(words), stages)
 
     def words(self, codes: Ints) -> Ints:
         """Only the result words, in less time and memory."""
-        first, words = 0, []
+        return np.concatenate([words for _, words in self._numbered(codes, 0)])
+
+    def _numbered(self, codes: Ints, first: int) -> Iterator[tuple[Trace, Ints]]:
         for trace in self.traces(codes):
-            words.append(self._words(trace, first))
-            first += len(words[-1])
-        return np.concatenate(words)
+            words = self._words(trace, first)
+            first += len(words)
+            yield trace, words
 
     def traces(self, codes: Ints) -> Iterator[Trace]:
         """Results of every block for converter ``codes (n, rows, columns)``, some frames at a time."""

@@ -66,13 +66,7 @@ def thin_plate(dead: Bools) -> Floats:
         rows, columns = stencil.shape
         if rows > size[0] or columns > size[1]:
             continue
-        places = np.stack(
-            [
-                number[i : size[0] - rows + 1 + i, j : size[1] - columns + 1 + j].ravel()
-                for i in range(rows)
-                for j in range(columns)
-            ]
-        )
+        places = np.lib.stride_tricks.sliding_window_view(number, stencil.shape).reshape(-1, stencil.size).T
         products = np.outer(stencil, stencil)[:, :, None]
         np.add.at(energy, (places[:, None], places[None]), products)
     flat = dead.ravel()

@@ -73,11 +73,6 @@ def test_force_without_estimated_resultant() -> None:
     np.testing.assert_array_equal(errors, [[np.inf, 0.0, np.inf], [0.0, 0.0, 0.0]])
 
 
-def test_force_needs_three_components() -> None:
-    with pytest.raises(ValueError, match="estimate"):
-        metrics.error_force(np.zeros(3), np.zeros((3, 2)))
-
-
 def contact(resultant: list[list[float]], mu: list[float], phi_deg: list[float]) -> Any:
     return SimpleNamespace(resultant=np.array(resultant), mu=np.array(mu), phi_deg=np.array(phi_deg))
 
