@@ -4,7 +4,7 @@ import itertools
 import random
 import re
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -107,22 +107,23 @@ def arrays(path: Path, values: np.ndarray, **more: np.ndarray) -> None:
 
 @pytest.mark.parametrize("suffix", ["npy", "npz"])
 def test_shapes_of_arrays(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"f.{suffix}"
-    for values, expected in ((FRAMES, FRAMES), (LINES, FRAMES), (FRAMES[2], FRAMES[2:3]), (LINES[2], FRAMES[2:3])):
+    path, across, turned = tmp_path / f"f.{suffix}", FRAMES.transpose(0, 2, 1), Input(order="columns")
+    for values, how, expected in (
+        *(
+            (FRAMES, PLAIN, FRAMES),
+            (LINES, PLAIN, FRAMES),
+            (FRAMES[2], PLAIN, FRAMES[2:3]),
+            (LINES[2], PLAIN, FRAMES[2:3]),
+        ),
+        *((across, turned, FRAMES), (across.reshape(4, 6), turned, FRAMES), (across[1], turned, FRAMES[1:2])),
+        (FRAMES, Input(skip_columns=2), FRAMES),  # no columns of lines there
+    ):
         arrays(path, values)
-        np.testing.assert_array_equal(read(path).frames, expected)
-    transposed = FRAMES.transpose(0, 2, 1)
-    for values in (transposed, transposed.reshape(4, 6)):
-        arrays(path, values)
-        np.testing.assert_array_equal(read(path, Input(order="columns")).frames, FRAMES)
-    arrays(path, transposed[1])
-    np.testing.assert_array_equal(read(path, Input(order="columns")).frames, FRAMES[1:2])
+        np.testing.assert_array_equal(read(path, how).frames, expected)
     arrays(path, np.column_stack([TIMES, [9, 9, 9, 9], LINES]))
     found = read(path, Input(skip_columns=2))
     np.testing.assert_array_equal(found.frames, FRAMES)
     np.testing.assert_array_equal(found.time, TIMES)
-    arrays(path, FRAMES)
-    np.testing.assert_array_equal(read(path, Input(skip_columns=2)).frames, FRAMES)  # no columns of lines there
     arrays(path, LINES)
     assert refusal(path, Input(skip_columns=1)).endswith("got (4, 6): are all columns taxels? (--skip-columns 0)")
     arrays(path, FRAMES)
@@ -250,36 +251,21 @@ def test_the_page_has_every_key_and_format() -> None:
         assert f"`{name}`" in rows, name
 
 
-@dataclass(frozen=True)
-class Logger:
-    """What writes a recording of codes, independently: taxel by taxel, in integers."""
-
-    how: Input
-    sensor: SensorArray
-
-    def line(self, codes: list[list[int]], rest: list[list[int]]) -> list[int]:
-        """The numbers of a frame whose true code at (row, column), compression negative, is ``codes[row][column]``."""
-        rows, columns = self.sensor.rows, self.sensor.columns
-        places = (
-            itertools.product(range(rows), range(columns))
-            if self.how.order == "rows"
-            else ((row, column) for column in range(columns) for row in range(rows))
-        )
-        numbers = []
-        for row, column in places:
-            row = rows - 1 - row if self.how.flip_y else row
-            column = columns - 1 - column if self.how.flip_x else column
-            code = -codes[row][column] if self.how.compression == "positive" else codes[row][column]
-            code += 1 << (ADC.bits - 1) if self.how.coding == "offset" else 0
-            numbers.append(code + rest[row][column])
-        return numbers
+def logged_line(how: Input, codes: list[list[int]], rest: list[list[int]]) -> list[int]:
+    """What a logger writes, independently, of a frame whose true codes, compression negative, are ``codes``."""
+    rows, columns = range(len(codes)), range(len(codes[0]))
+    places = [(i, j) for i in rows for j in columns] if how.order == "rows" else [(i, j) for j in columns for i in rows]
+    sign = -1 if how.compression == "positive" else 1
+    zero = 1 << (ADC.bits - 1) if how.coding == "offset" else 0
+    seen = [(rows[-1 - i] if how.flip_y else i, columns[-1 - j] if how.flip_x else j) for i, j in places]
+    return [sign * codes[i][j] + zero + rest[i][j] for i, j in seen]
 
 
 SMALL = st.integers(-500, 500)
 
 
 @st.composite
-def logged(draw: st.DrawFn) -> tuple[Logger, list[list[list[int]]], list[list[int]]]:
+def logged(draw: st.DrawFn) -> tuple[Input, list[list[list[int]]], list[list[int]]]:
     rows, columns, n = draw(st.integers(2, 4)), draw(st.integers(2, 4)), draw(st.integers(1, 4))
     how = Input(
         unit="codes",
@@ -293,19 +279,20 @@ def logged(draw: st.DrawFn) -> tuple[Logger, list[list[list[int]]], list[list[in
     grid = st.lists(st.lists(SMALL, min_size=columns, max_size=columns), min_size=rows, max_size=rows)
     rest = draw(grid) if how.tare_frames else [[0] * columns] * rows
     codes = [[[0] * columns] * rows] * how.tare_frames + [draw(grid) for _ in range(n)]
-    return Logger(how, SensorArray(rows, columns, 1e-3, 1e-3, 1e-3)), codes, rest
+    return how, codes, rest
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(found=logged(), skip=st.integers(0, 2))
 def test_any_logger_is_undone(tmp_path: Path, found: tuple[Any, ...], skip: int) -> None:
-    logger, codes, rest = found
-    lines = [logger.line(frame, rest) for frame in codes]
+    how, codes, rest = found
+    sensor = SensorArray(len(rest), len(rest[0]), 1e-3, 1e-3, 1e-3)
+    lines = [logged_line(how, frame, rest) for frame in codes]
     rows = [["7"] * skip + [str(number) for number in line] for line in lines]
     (tmp_path / "f.csv").write_text("".join(";".join(row) + "\n" for row in rows))
     np.save(tmp_path / "f.npy", np.array([[int(cell) for cell in row] for row in rows], dtype=np.int32))
     for suffix in ("csv", "npy"):
-        stress = read(tmp_path / f"f.{suffix}", replace(logger.how, skip_columns=skip), logger.sensor).frames
+        stress = read(tmp_path / f"f.{suffix}", replace(how, skip_columns=skip), sensor).frames
         lsb = Fraction(ADC.full_scale) / 2 ** (ADC.bits - 1)
         assert stress.tolist() == [[[float(c * lsb) for c in row] for row in frame] for frame in codes]
 
