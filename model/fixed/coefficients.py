@@ -42,10 +42,6 @@ class Operator:
         """Largest sum of a row's magnitudes: the exact sum of a product is as many times its largest operand word."""
         return int(np.abs(self.rows).sum(axis=-1).max())
 
-    def longer(self, bits: int) -> "Operator":
-        """The same with ``bits`` more low bits in each coefficient, which are zero."""
-        return replace(self, rows=self.rows << bits, fraction=self.fraction + bits)
-
 
 @dataclass(frozen=True, eq=False)
 class Stack:
@@ -77,7 +73,10 @@ def stacked(choices: Choices, operators: Sequence[Operator], names: Mapping[str,
     """
     lengths = {op.name: choices.formats.bits(f"coefficient.{op.name}") for op in operators}
     word = max(lengths.values())
-    by_name = {op.name: op.longer(word - lengths[op.name]) for op in operators}
+    zeros = {name: word - bits for name, bits in lengths.items()}
+    by_name = {
+        op.name: replace(op, rows=op.rows << zeros[op.name], fraction=op.fraction + zeros[op.name]) for op in operators
+    }
     return {stack: Stack(stack, tuple(by_name[name] for name in members)) for stack, members in names.items()}
 
 

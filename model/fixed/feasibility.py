@@ -1,7 +1,6 @@
 """Before a design is built: whether its words fit, what helps if they could overflow, and how exact it will be."""
 
 from bisect import bisect_left
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,22 +32,21 @@ def fits(design: Design) -> bool:
 
 
 def advice(design: Design) -> str:
-    """Keys of CONFIG with the nearest value that fits when changed alone, as text; empty where none fits."""
-    return " or ".join(_changes(design))
+    """Keys of CONFIG with the nearest value that fits when changed alone, as text; empty where none fits.
 
-
-def _changes(design: Design) -> Iterator[str]:
-    """More bits and a thicker cover never make words shorter, so few designs have to be tried."""
+    Fewer bits and a thinner cover never make words longer, so few designs have to be tried.
+    """
     formats, sensor = design.formats, design.sensor
-    fewer = [replace(formats, name="custom", vector_fraction=bits) for bits in range(formats.vector_fraction)[::-1]]
-    first = bisect_left(fewer, True, key=lambda each: fits(replace(design, formats=each)))
-    if first < len(fewer):
-        yield f"formats.vector_fraction_bits = {fewer[first].vector_fraction}"
+    fewer = range(formats.vector_fraction)[::-1]
     thinner = [float(f"{1000 * share * sensor.thickness:.3g}") for share in THINNER]
-    sensors = [replace(sensor, thickness=mm / 1000) for mm in thinner]
-    first = bisect_left(sensors, True, key=lambda each: fits(replace(design, sensor=each)))
-    if first < len(thinner):
-        yield f"sensor.thickness_mm = {thinner[first]:g}"
+    tried: dict[str, list[tuple[float, Design]]] = {
+        "formats.vector_fraction_bits": [
+            (bits, replace(design, formats=replace(formats, name="custom", vector_fraction=bits))) for bits in fewer
+        ],
+        "sensor.thickness_mm": [(mm, replace(design, sensor=replace(sensor, thickness=mm / 1000))) for mm in thinner],
+    }
+    first = {key: bisect_left(each, True, key=lambda one: fits(one[1])) for key, each in tried.items()}
+    return " or ".join(f"{key} = {tried[key][at][0]:g}" for key, at in first.items() if at < len(tried[key]))
 
 
 @dataclass(frozen=True)

@@ -46,12 +46,10 @@ class LearnedDesign(Design):
 
     @property
     def products(self) -> tuple[str, ...]:
-        """The stack of each product of a frame, in order."""
         return tuple(names(self.taxel_forces))
 
     @property
     def result_fields(self) -> tuple[str, ...]:
-        """Names of the fields of a result frame, in order."""
         header = ("frame", "exponent", "phi", "mu", "mu_x", "mu_y", "resultant", "uncertainty")
         return (*header, "forces", "status") if self.taxel_forces else (*header, "status")
 
@@ -67,7 +65,6 @@ class LearnedDesign(Design):
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What does not follow from the coefficients."""
         return {
             "units": list(self.weights.counts),
             "uncertainty_threshold": self.threshold,
@@ -77,17 +74,14 @@ class LearnedDesign(Design):
 
     @cached_property
     def stacks(self) -> dict[str, Stack]:
-        """Quantised operators by the name of their stack, in the order of the coefficient memories."""
         return make_stacks(self, self.weights, self.taxel_forces)
 
     @cached_property
     def widths(self) -> Widths:
-        """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.learned.bounds.make_widths`."""
         return make_widths(self, self.stacks)
 
     @property
     def model(self) -> FixedLearned:
-        """The bit-accurate model."""
         return FixedLearned(self, self.threshold_word, self.taxel_forces)
 
     @property

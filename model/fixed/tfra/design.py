@@ -40,12 +40,10 @@ class TfraDesign(Design):
 
     @cached_property
     def stacks(self) -> dict[str, Stack]:
-        """Quantised operators by the name of their stack, in the order of the coefficient memories."""
         return make_stacks(self, self.exact_operators)
 
     @cached_property
     def widths(self) -> Widths:
-        """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.tfra.bounds.make_widths`."""
         return make_widths(self, self.stacks)
 
     @property
@@ -55,10 +53,8 @@ class TfraDesign(Design):
 
     @property
     def model(self) -> FixedTfra:
-        """The bit-accurate model."""
         return FixedTfra(self)
 
     @property
     def float_model(self) -> Tfra:
-        """TFRA in double precision."""
         return Tfra.of(self)

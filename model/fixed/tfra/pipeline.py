@@ -80,32 +80,28 @@ class Trace:
 class FixedTfra(FixedModel[Trace]):
     """Bit-accurate model of one design."""
 
-    def product(self, stack: str, vector: Ints) -> Ints:
-        """Result quads of a stack's operators, on the vector grid."""
-        return matvec(self.design, stack, vector)
-
     def _trace(self, codes: Ints) -> Trace:
         design = self.design
         frame = normaliser(design, codes)
         direction = centroids(design, codes)
         stress = to_quads(design, frame.stress)
         b = butterfly(stress) << design.formats.vector_fraction
-        contact = self.product("contact", b)
+        contact = matvec(design, "contact", b)
         by_b = design.stacks["contact"].split(contact)
         n = weights(by_b["c33_inv"], frame.regular)
-        residual = self.product("residual", n)
+        residual = matvec(design, "residual", n)
         by_n = design.stacks["residual"].split(residual)
         g, d1, d2 = (by_n[name] for name in ("c33", "c31", "c32"))
         affine = dependent(design, gather_sums(by_b["sums_b"], by_n["sums_n"]), direction, frame.regular)
         d_ind, d_dep = ordered(direction, d1, d2)
         e0 = combine(design, b + g, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
-        normal = self.product("normal", e0), self.product("normal", e1)
+        normal = matvec(design, "normal", e0), matvec(design, "normal", e1)
         p, q = (to_taxels(design, butterfly(quads)) for quads in (normal[0] - g, normal[1]))
         swept = sweep(design, frame.stress, p, q, direction.negative, frame.exponent)
         chosen = friction(design, swept.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
-        force = self.product("force", d)
+        force = matvec(design, "force", d)
         planes = to_taxels(design, forces(design, force, chosen, n))
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)

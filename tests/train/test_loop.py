@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tfra.model.sensor import SensorArray
+from tfra.train.loop import GAIN, LAYERS, MEAN, MOMENTUM, SQUARE, orthogonal, update
 from tfra.train.network import Shape
-from tfra.train.update import GAIN, LAYERS, MEAN, MOMENTUM, SQUARE, orthogonal, update
 
 SHAPE = Shape(SensorArray(4, 6, 1.0, 1.0, 1.0), (8, 5))
 
