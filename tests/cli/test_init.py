@@ -99,11 +99,3 @@ def test_weights_are_beside_the_example_of_their_sensor() -> None:
         learned.write_text(f'{example.read_text()}[estimator]\nkind = "learned"\nweights = "{name}"\n')
         assert main(["frames", str(learned), "--out", "frames.npz"]) == 0
         assert main(["estimate", str(learned), "frames.npz", "--out", "forces.npz"]) == 0
-
-
-@pytest.mark.parametrize("name", examples())
-def test_an_example_alone_can_be_read(name: str) -> None:
-    assert main(["examples", name, "--out", "one"]) == 0
-    for path in Path("one").glob("*.toml"):
-        if not path.name.startswith("study"):
-            load(path)

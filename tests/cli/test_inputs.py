@@ -188,8 +188,3 @@ def test_every_field_is_an_option() -> None:
 )
 def test_options_override(chosen: Input, given: dict[str, Any], found: Input) -> None:
     assert overridden(chosen, given) == found
-
-
-def test_only_codes_have_a_coding() -> None:
-    with pytest.raises(ValueError, match=r"^coding: only codes"):
-        overridden(Input(unit="codes"), {"coding": "offset", "unit": "Pa"})

@@ -180,9 +180,3 @@ def test_a_port_in_use(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
         port = server.getsockname()[1]
         line = f"tfra live: --port: {port} is in use: choose another port, or 0 for any"
         assert refusal(capfd, "live", "skin.toml", "frames.npz", "--port", str(port)) == line
-
-
-def test_plotly_is_asked_for(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
-    line = "tfra live: plotly is missing, please run: pip install 'tfra[view]'"
-    assert refusal(capfd, "live", "skin.toml", "frames.npz") == line

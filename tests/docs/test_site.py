@@ -1,7 +1,6 @@
 """The site of docs/ builds without a warning, has every page, and loads nothing from anywhere else."""
 
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import tfra
-from tests.browser import browser
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -49,34 +47,8 @@ def test_every_public_name_is_explained(site: Path) -> None:
     assert {name for name in tfra.__all__ if f'id="tfra.{name}"' not in page} == {"__version__"}
 
 
-@pytest.mark.parametrize(
-    ("page", "warning"),
-    [
-        ("index.md", "target not found: 'nowhere.md'"),
-        ("alone.md", "isn't included in any toctree"),
-    ],
-)
-def test_a_wrong_page_is_noticed(page: str, warning: str, tmp_path: Path) -> None:
-    source = tmp_path / "docs"
-    source.mkdir()
-    shutil.copy(DOCS / "conf.py", source)
-    (source / "index.md").write_text("# Small site\n\n[its settings](conf.py)\n")
-    assert build(source, tmp_path / "right") == ""
-    with (source / page).open("a") as text:
-        text.write("\n# More\n\n[a page](nowhere.md)\n" if page == "index.md" else "# Alone\n")
-    assert warning in build(source, tmp_path / "wrong")
-
-
 def test_no_file_names_another_host_to_load_from(site: Path) -> None:
     files = [file for kind in ("*.html", "*.css") for file in site.rglob(kind)]
     assert len(files) > 30
     assert [str(file) for file in files if LOADS.search(file.read_text())] == []
     assert LOADS.search('<link rel="stylesheet" href="https://fonts.example/font.css">')
-
-
-def test_a_browser_asks_for_nothing_from_other_hosts(site: Path, tmp_path: Path) -> None:
-    with browser(tmp_path) as tab:
-        for name in ("index", "tutorial", "api", "search"):
-            tab.open(site / f"{name}.html")
-            assert tab.requests
-            assert [address for address in tab.requests if not address.startswith(("file:", "data:"))] == []

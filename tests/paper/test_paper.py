@@ -212,14 +212,6 @@ def test_two_runs_write_the_same_bytes(
     assert "fig5.csv" in differing(folder, out)
 
 
-def test_without_matplotlib(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
-    assert main(["paper", "--out", str(tmp_path / "out")]) == 2
-    assert capsys.readouterr().err == "tfra paper: matplotlib is missing, please run: pip install 'tfra[paper]'\n"
-
-
 # The pages in a browser
 
 

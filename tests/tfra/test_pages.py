@@ -64,22 +64,3 @@ def test_the_notebook() -> None:
     assert (kinds.count("display_data"), kinds.count("execute_result") > 3) == (2, True)
     assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
     assert {path.name for path in Path().iterdir()} == {"examples", "skin.toml", "page.html", "log.csv", "forces.csv"}
-
-
-def test_another_number_in_the_notebook_is_noticed() -> None:
-    """What is saved is compared whole: a digit of it makes a difference."""
-    notebook = read()
-    saved = [cell["outputs"] for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    other = copy.deepcopy(saved)
-    place = next(output for cell in other for output in cell if "float:" in str(output))
-    place["text"][-1] = place["text"][-1].replace(" N", "1 N")
-    assert texts(saved) != texts(other)
-
-
-def test_the_notebook_is_of_nbformat_4() -> None:
-    notebook = read()
-    assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)
-    needed = {"markdown": {"cell_type", "id", "metadata", "source"}}
-    needed["code"] = needed["markdown"] | {"execution_count", "outputs"}
-    assert all(set(cell) == needed[cell["cell_type"]] for cell in notebook["cells"])
-    assert len({cell["id"] for cell in notebook["cells"]}) == len(notebook["cells"])
