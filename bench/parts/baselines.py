@@ -93,15 +93,12 @@ def entry(found: Mapping[str, Any]) -> dict[str, Any]:
 def compare(found: Mapping[str, Any], baselines: Mapping[str, Any]) -> list[str]:
     """Sentences on regressions from the baseline of the same tools; empty if there is none.
 
-    Raises ``ValueError``, with the command that measures anew, for versions without a baseline and for a baseline
-    that is not one.
+    Raises ``ValueError``, with the command that measures anew, for versions without a baseline.
     """
     version = key(found["tools"])
     if version not in baselines:
         raise ValueError(f"there is no baseline of {version}: {REMEASURE}")
     old, new = baselines[version], entry(found)
-    if _kinds(old) != _kinds(new):
-        raise ValueError(f"the baseline of {version} is damaged: {REMEASURE}")
     worse = [
         f"{name}: {used:,}, the baseline has {before:,}"
         for name, used in new["resources"].items()
@@ -110,11 +107,6 @@ def compare(found: Mapping[str, Any], baselines: Mapping[str, Any]) -> list[str]
     if new["mhz"] is not None and new["mhz"] < old["mhz"] * (1 - SLOWDOWN):
         worse.append(f"Fmax: {new['mhz']} MHz, the baseline has {old['mhz']} MHz")
     return worse
-
-
-def _kinds(value: Any) -> Any:
-    """The types of an entry, by key, to compare two entries."""
-    return {name: _kinds(part) for name, part in value.items()} if isinstance(value, dict) else type(value)
 
 
 def main(names: list[str]) -> None:

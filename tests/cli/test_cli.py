@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.cli.misuse.cases import CONFIG as SKIN
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.model.tfra import Tfra
@@ -20,23 +21,7 @@ from tfra.sim.run import SimulationError
 ROOT = Path(__file__).parents[2]
 HERTZ = str(ROOT / "examples" / "hertz_40x20.toml")
 
-CONFIG = """
-[sensor]
-rows = 5
-columns = 6
-pitch_x_mm = 4
-pitch_y_mm = 4
-thickness_mm = 3
-[search]
-plateau_tolerance = 3
-[[contact]]
-shape = "hertz"
-half_x_mm = 5
-half_y_mm = 4
-force_n = -5
-mu = 0.4
-phi_deg = [0, 45, 120]
-"""
+CONFIG = SKIN.replace("[[contact]]", "[search]\nplateau_tolerance = 3\n[[contact]]")
 
 
 @pytest.fixture

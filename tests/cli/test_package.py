@@ -78,36 +78,19 @@ def test_same_bytes_whatever_the_hash_seed(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"),
+    ("name", "section", "reason"),
     [
-        ("signal", 'name: "signal" is a keyword of VHDL, which a package is used in'),
-        ("../up", "name: a letter, then at most 62 letters, digits and underscores are needed, got '../up'"),
+        ("signal", "", 'name: "signal" is a keyword of VHDL, which a package is used in'),
+        ("../up", "", "name: a letter, then at most 62 letters, digits and underscores are needed, got '../up'"),
+        ("skin", "[adc]\nbits = 7", "adc.bits: 8 to 16 are supported with the front end, got 7"),
+        ("skin", WIDE, "formats: result words of 32 bits at most fit behind AXI, got "),
+        ("skin", "[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: "),
     ],
 )
-def test_names_are_refused_in_a_line(
-    folder: Path, name: str, reason: str, capsys: pytest.CaptureFixture[str]
+def test_what_does_not_fit_is_refused_in_a_line(
+    folder: Path, name: str, section: str, reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("skin.toml").write_text(f'name = "{name}"\n{CONFIG}')
-    assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("skin.toml: ")
-    assert error.count("\n") == 1
-    assert reason in error
-    assert [file.name for file in folder.iterdir()] == ["skin.toml"]
-
-
-@pytest.mark.parametrize(
-    ("section", "reason"),
-    [
-        ("[adc]\nbits = 7", "adc.bits: 8 to 16 are supported with the front end, got 7"),
-        (WIDE, "formats: result words of 32 bits at most fit behind AXI, got "),
-        ("[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: "),
-    ],
-)
-def test_words_that_do_not_fit_are_refused_in_a_line(
-    folder: Path, section: str, reason: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Path("skin.toml").write_text(f"{CONFIG}\n{section}\n")
+    Path("skin.toml").write_text(f'name = "{name}"\n{CONFIG}\n{section}\n')
     assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"skin.toml: {reason}")
