@@ -15,9 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.accuracy import measure
-from bench.accuracy.cases import SEED, Case, cases
 from bench.accuracy.estimators import NAMES as ESTIMATORS
-from bench.accuracy.scenes import NOISES
+from bench.accuracy.scenes import NOISES, SEED, Case, cases
 from bench.accuracy.tables import tables
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config.write import millimetres

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from bench.accuracy.cases import Case
-from bench.accuracy.scenes import QUIET, SCENES, observed
+from bench.accuracy.scenes import QUIET, SCENES, Case, observed
 from tfra.model.arrays import Floats, Ints
 from tfra.model.cover.scenes import any_contacts
 from tfra.model.fixed.words import decode

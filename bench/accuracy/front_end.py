@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.accuracy.cases import SEED
 from bench.accuracy.loads import Cover, peak
 from bench.accuracy.measure import MEASURES, PERCENTILES, compared
-from bench.accuracy.scenes import LEVELS, scaled
+from bench.accuracy.scenes import LEVELS, SEED, scaled
 from bench.accuracy.tables import DIGITS, SYMBOLS, UNITS, markdown
 from bench.publish import ROOT, publish
 from tfra.codegen.config.read import load

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.accuracy.cases import Case
 from bench.accuracy.estimators import estimators, fixed, learned
-from bench.accuracy.scenes import NOISES, SCENES, scenes
+from bench.accuracy.scenes import NOISES, SCENES, Case, scenes
 from tfra.model.arrays import Floats
 from tfra.model.cover.layer import frames
 from tfra.model.metrics import Contact, errors, turn_deg

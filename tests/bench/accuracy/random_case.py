@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.accuracy.cases import Case
+from bench.accuracy.scenes import Case
 from tests.model.learned.random_weights import random_weights
 from tfra.model.choices import Adc
 from tfra.model.cover.scenes import random_contacts

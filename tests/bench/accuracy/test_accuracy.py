@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.accuracy import accuracy, cases, estimators, measure
+from bench.accuracy import accuracy, estimators, measure
 from bench.accuracy.estimators import FIXED, LEARNED, NAMES
-from bench.accuracy.scenes import NOISES, QUIET, SCENES, scenes
+from bench.accuracy.scenes import NOISES, QUIET, SCENES, SEED, cases, scenes
 from bench.accuracy.tables import Target, furthest, tables, verdict
 from bench.publish import ROOT, stored
 from tests.bench.accuracy.random_case import random_case
@@ -38,12 +38,12 @@ def test_the_page_tells_the_record(kept: dict[str, Any]) -> None:
 
 
 def test_the_kept_record_is_of_this_list(kept: dict[str, Any]) -> None:
-    assert kept["seed"] == cases.SEED
+    assert kept["seed"] == SEED
     assert kept["contacts"] == accuracy.COUNT
     for row in (kept["pooled"], *(sensor["scenes"] for sensor in kept["sensors"].values())):
         assert list(row) == list(SCENES)
         assert all(list(scene) == list(NAMES) for scene in row.values())
-    every = cases.cases()
+    every = cases()
     assert [case.name for case in every] == list(kept["sensors"])
     for case in every:
         assert accuracy.described(case).items() <= kept["sensors"][case.name].items()
@@ -51,7 +51,7 @@ def test_the_kept_record_is_of_this_list(kept: dict[str, Any]) -> None:
 
 def test_today_the_learned_estimators_are_as_accurate(kept: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(estimators, "FITTED", 50)
-    for case in cases.cases():
+    for case in cases():
         every = estimators.estimators(case)
         name, codes, force = next(scenes(case, accuracy.COUNT))
         for who in (LEARNED, FIXED):
