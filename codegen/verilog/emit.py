@@ -118,13 +118,13 @@ def _stream_signals(around: Any) -> dict[str, Value]:
     return signals
 
 
-def to_rtlil(top: wiring.Component, name: str) -> str:
-    """RTLIL of ``top`` as the module ``name``, without source locations.
+def to_rtlil(top: wiring.Component, name: str, ports: Iterable[Value] | None = None) -> str:
+    """RTLIL of ``top`` as the module ``name``, without source locations; ``ports`` are its own unless given.
 
     Amaranth names the elements of an array ``NAME[0]``, as yosys' abc9 names the bits of a word; the elements are
     renamed, or abc9 fails on the core.  Slices have a space before the bracket.
     """
-    text = str(rtlil.convert(top, name=name, emit_src=False))
+    text = str(rtlil.convert(top, name=name, ports=ports, emit_src=False))
     return _PLACE.sub(r".\1", text)
 
 

@@ -50,13 +50,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "page.html"
         file.write_text(page(), encoding="utf-8")
-        options = (
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--hide-scrollbars",
-            f"--user-data-dir={folder}/profile",
-        )
+        options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/p"]
         size = "--window-size={},{}".format(*SIZE)
         picture = f"--screenshot={DOCS / 'page.png'}"
         subprocess.run(["chromium", *options, size, picture, file.as_uri()], check=True, capture_output=True)

@@ -1,6 +1,5 @@
 """The learned estimator in the commands and in the library."""
 
-import csv
 import json
 import shutil
 from pathlib import Path
@@ -8,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import tfra
 from tests.cli.test_cli import CONFIG, refusal
 from tests.cli.test_live import live, values
 from tests.model.learned.random_weights import random_weights
@@ -17,7 +15,7 @@ from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import Trained, read_weights, write_weights
 from tfra.model.learned.learned import Learned
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Status, Tfra
+from tfra.model.tfra import Status
 from tfra.recordings.facts import RESULTANT_ALONE
 
 SENSOR = SensorArray(5, 6, 4e-3, 4e-3, 3e-3)
@@ -58,38 +56,6 @@ def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture
         for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status", "residual"):
             assert np.array_equal(found[key], getattr(expected, key)), key
         assert 'weights = "lab/w.npz"' in str(found["config"])
-
-
-def test_tables_have_the_residual() -> None:
-    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.csv"]) == 0
-    rows = list(csv.DictReader(Path("r.csv/frames.csv").read_text().splitlines()))
-    expected = estimator()(stress()).residual
-    assert expected is not None
-    assert [float(row["residual"]) for row in rows] == expected.tolist()
-
-
-def test_the_library() -> None:
-    found = tfra.load("skin.toml").estimate(stress())
-    expected = estimator()(stress())
-    assert np.array_equal(found.forces, expected.forces)
-    assert np.array_equal(found.residual, expected.residual)
-    found.save("saved.npz")
-    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
-    with np.load("saved.npz") as saved, np.load("r.npz") as result:
-        assert sorted(saved) == sorted(result)
-        assert all(np.array_equal(saved[key], result[key]) for key in saved)
-
-
-def test_without_it_nothing_changes() -> None:
-    Path("skin.toml").write_text(CONFIG)
-    found = tfra.load("skin.toml").estimate(stress())
-    assert found.residual is None
-    assert np.array_equal(found.forces, Tfra.of(load("skin.toml").design)(stress()).forces)
-    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
-    with np.load("r.npz") as result:
-        assert "residual" not in result
-        assert "threshold" not in result
-        assert "estimator" not in str(result["config"])
 
 
 def test_a_page_of_it() -> None:

@@ -1,7 +1,6 @@
 """``tfra live``: every kind of source, what is said at the end, and one line for what is wrong."""
 
 import json
-import os
 import signal
 import socket
 import struct
@@ -117,23 +116,6 @@ def test_a_connection_that_breaks(folder: Path) -> None:
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             peer.close()
             assert running.until(state="broken")["message"] == f"{name} broke: Connection reset by peer."
-
-
-def test_a_serial_port(folder: Path) -> None:
-    ours, theirs = os.openpty()
-    with live(f"serial:{os.ttyname(theirs)}?baud=9600", "--tare-frames", "1") as running:
-        rest = b"1" + b",1" * 23 + b"\n"
-        os.write(ours, b"7,7\n" + rest)
-        for line in (folder / "frames.csv").read_bytes().splitlines(keepends=True)[:3]:
-            os.write(ours, line)
-        found = running.until(estimated=3)
-        stress = np.concatenate([unpacked(piece["results"][0]["stress"]["scale"]) for piece in found["pieces"]])
-        frames = np.load(folder / "frames.npz")["frames"][:3].reshape(3, -1) - 1
-        np.testing.assert_allclose(32767 * stress, np.abs(frames).max(axis=1), rtol=1e-6)
-        os.close(theirs)
-        os.close(ours)
-        assert " broke: " in running.until(state="broken")["message"]
-        assert running.ended()[0] == 0
 
 
 def test_a_recording(folder: Path) -> None:

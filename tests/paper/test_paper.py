@@ -184,8 +184,6 @@ def test_cells_are_rounded_as_drawn() -> None:
     third = rounded({"a": np.array([1 / 3, np.nextafter(1 / 3, 1)]), "n": np.array([7, 8])})
     assert {name: column.tolist() for name, column in third.items()} == {"a": [0.333333] * 2, "n": [7, 8]}
     assert to_csv({"a": np.array([-0.0, 1 / 3]), "b": np.array(["x", "y"])}) == "a,b\n0,x\n0.333333,y\n"
-    with pytest.raises(ValueError, match="argument 2"):
-        to_csv({"a": np.zeros(2), "b": np.zeros(1)})
 
 
 # The command

@@ -85,9 +85,7 @@ def test_examples_of_docstrings(
 def test_a_sensor_says_what_its_file_says(sensor: tfra.Sensor) -> None:
     assert sensor.shape == (8, 12)
     assert (sensor.adc.bits, sensor.adc.full_scale, sensor.formats.name) == (12, 150e3, "standard")
-    assert (sensor.array.pitch_x, sensor.array.pitch_y, sensor.array.thickness) == (3e-3, 2.5e-3, 2e-3)
-    assert len(sensor.contacts) == 12
-    assert sensor.input.unit == "Pa"
+    assert (len(sensor.contacts), sensor.input.unit) == (12, "Pa")
     for part in ("skin_8x12", "8×12", "3 × 2.5 mm", "under 2 mm", "12 bits", "150000 Pa", "12 contacts"):
         assert part in repr(sensor)
     with pytest.raises(AttributeError):
@@ -127,16 +125,6 @@ def test_engines_are_the_models(sensor: tfra.Sensor, simulated: tuple[Any, tfra.
         assert found.stress is not None
         assert (len(found), found.notices) == (12, ())
     assert not np.array_equal(expected["float", False].mu, expected["float", True].mu)
-
-
-@pytest.mark.long
-def test_the_simulated_core_is_the_fixed_model(tmp_path: Path) -> None:
-    (tmp_path / "skin.toml").write_text(CONFIG)
-    small = tfra.load(tmp_path / "skin.toml")
-    frames, _ = small.simulate()
-    core, fixed = small.estimate(frames, "rtl"), small.estimate(frames, "fixed")
-    for key in KEYS:
-        np.testing.assert_array_equal(getattr(core, key), getattr(fixed, key))
 
 
 def test_one_frame_is_a_batch_of_one(sensor: tfra.Sensor, simulated: tuple[Any, tfra.Truth]) -> None:

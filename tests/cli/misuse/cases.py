@@ -289,9 +289,7 @@ TRAINING = [
 FILES = [
     Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG),
     Misuse("a pipe as frames", lambda: os.mkfifo("wrong.npy"), NPY),
-    Misuse("a device as CONFIG", nothing, "generate /dev/zero --out core"),
     Misuse("a folder as frames", lambda: os.mkdir("wrong.npz"), NPZ),
-    Misuse("links in a circle", lambda: os.symlink("wrong.npz", "wrong.npz"), NPZ),
     Misuse("no such file", nothing, NPY),
 ]
 
@@ -322,9 +320,7 @@ OPTIONS = [
 _INIT = "init --rows 8 --columns 12 --pitch-x {} --pitch-y 2.5 --thickness {}"
 
 BEGINNING = [
-    Misuse("no thickness", nothing, _INIT.format(3, 0)),
     Misuse("a line of taxels", nothing, _INIT.format(3, 3).replace("8", "1")),
-    Misuse("a converter of 24 bits", nothing, f"{_INIT.format(3, 3)} --adc-bits 24"),
     Misuse("a full scale that is no number", nothing, f"{_INIT.format(3, 3)} --full-scale nan"),
     Misuse("a part that nobody knows", nothing, f"{_INIT.format(3, 3)} --target ecp5-99"),
     Misuse("a description in use", nothing, f"{_INIT.format(3, 3)} --out skin.toml"),
@@ -339,7 +335,6 @@ GENERATE = "generate skin.toml --out {}"
 
 OUTPUTS = [
     Misuse("the current directory as output", nothing, GENERATE.format(".")),
-    Misuse("a directory above", nothing, GENERATE.format("..")),
     Misuse("a folder of notes as output", folder("notes", thesis_tex="years"), GENERATE.format("notes")),
     Misuse(
         "notes in an earlier output",
@@ -351,10 +346,8 @@ OUTPUTS = [
         written("generate", lambda core: (core / "core.v").write_text("mine")),
         GENERATE.format("core"),
     ),
-    Misuse("another command's output", written("synth", lambda core: None), GENERATE.format("core")),
     Misuse("the folder of CONFIG as output", folder("lab", skin_toml=CONFIG), "generate lab/skin.toml --out lab"),
     Misuse("the input as output", nothing, "estimate skin.toml frames.npz --out frames.npz"),
-    Misuse("a table as the place of tables", raw("r.csv", b"1,2\n"), "estimate skin.toml frames.npz --out r.csv"),
     Misuse("notes as the place of a page", raw("page.html", b"<p>mine</p>"), "verify skin.toml --page page.html"),
 ]
 
