@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from tfra.paper import page, tables
-from tfra.paper.fig2 import fig2
-from tfra.paper.fig4 import fig4
 from tfra.paper.fig5 import fig5
 from tfra.paper.fig8 import fig8
 from tfra.paper.fig9 import fig9
+from tfra.paper.one_direction import fig2, fig4
 from tfra.paper.picture import Picture, looks, write
 from tfra.paper.published import PAPER, PLAIN
 from tfra.paper.setups import Setup, setups

@@ -1,4 +1,8 @@
-"""Fig. 2: normal stress under a Hertz contact, and the centroids of compression and traction (Eqs. 19-22)."""
+"""Figs. 2 and 4: one contact with one direction of its tangential force.
+
+Fig. 2 is the normal stress and the centroids of compression and traction (Eqs. 19-22), Fig. 4 the objective functions
+B^z (Eq. 23) and B^xy (Eq. 25) over the independent friction coefficient.
+"""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +12,7 @@ from matplotlib.figure import Figure
 from tfra.model.arrays import Floats
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
-from tfra.report.colours import BLACK, BLUE, VERMILION
+from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
 PHI = 45
 """Direction of the tangential force, in degrees; the paper does not say its own."""
@@ -33,14 +37,14 @@ def fig2(setup: Setup) -> Picture:
         "the line from the traction centroid to the compression centroid shows where the force points.",
     )
     title = f"Stress surface with its centroids, {setup.title}, φ = {PHI}°"
-    return Picture("fig2", title, columns, _draw(setup, columns, compression, traction), text)
+    return Picture("fig2", title, columns, _draw_stress(setup, columns, compression, traction), text)
 
 
 def _centroid(part: Floats, x: Floats, y: Floats) -> Floats:
     return np.asarray([part.ravel() @ x, part.ravel() @ y], dtype=np.float64) / float(part.sum())
 
 
-def _draw(setup: Setup, columns: Columns, compression: Floats, traction: Floats) -> Figure:
+def _draw_stress(setup: Setup, columns: Columns, compression: Floats, traction: Floats) -> Figure:
     sensor = setup.project.design.sensor
     x, y, stress = (c.reshape(sensor.rows, sensor.columns) for c in columns.values())
     norm = TwoSlopeNorm(0, stress.min(), stress.max())
@@ -67,3 +71,39 @@ def _centroids(axes: Axes, compression: Floats, traction: Floats) -> None:
     axes.plot(*traction, "s", color=BLUE, markeredgecolor="white", markersize=8, label="traction centroid")
     axes.plot(*compression, "o", color=VERMILION, markeredgecolor="white", markersize=8, label="compression centroid")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
+
+
+def fig4(setup: Setup) -> Picture:
+    """Both functions over the whole sweep, the plateau of minima, and the choice."""
+    result = setup.tfra(setup.stress(setup.contacts([PHI])), keep_sweep=True)
+    sweep, chosen = result.sweep, int(result.sweep_index[0])
+    assert sweep is not None
+    plateau = sweep.plateau[0].astype(int)
+    curves = {"mu_ind": sweep.mu[0], "B_z_kPa": 1e-3 * sweep.b_z[0], "B_xy_kPa": 1e-3 * sweep.b_xy[0]}
+    columns = rounded(curves | {"plateau": plateau})
+    inside = sweep.mu[0][plateau == 1]
+    text = Text(
+        "Both functions against the independent friction coefficient, with more than one minimum of B^z; no numbers.",
+        f"B^z is smallest at {len(inside)} of {len(plateau)} candidates, μ_ind from {inside[0]:.2f} to "
+        f"{inside[-1]:.2f} (value {columns['B_z_kPa'].min():.3g} kPa); among them B^xy is smallest, "
+        f"{columns['B_xy_kPa'][chosen]:.3g} kPa, at μ_ind = {sweep.mu[0, chosen]:.2f}.",
+        "B^z is convex and piecewise linear in μ_ind, so its minima form one interval, inside which B^xy decides. "
+        "Where that is an end of the interval, how exactly B^z leaves its minimum decides the result.",
+    )
+    title = f"Objective functions, {setup.title}, φ = {PHI}°"
+    return Picture("fig4", title, columns, _draw_sweep(columns, chosen), text)
+
+
+def _draw_sweep(columns: Columns, chosen: int) -> Figure:
+    mu, plateau = columns["mu_ind"], columns["mu_ind"][columns["plateau"] == 1]
+    figure = Figure(figsize=(6.5, 4.6), layout="constrained")
+    panels = figure.subplots(2, 1, sharex=True)
+    curves = (("B_z_kPa", "$B^z$ / kPa", BLUE), ("B_xy_kPa", "$B^{xy}$ / kPa", BLACK))
+    for axes, (name, label, color) in zip(panels, curves, strict=True):
+        axes.axvspan(plateau[0], plateau[-1], color=ORANGE, alpha=0.3, linewidth=0, label="minima of $B^z$")
+        axes.plot(mu, columns[name], color=color)
+        axes.plot(mu[chosen], columns[name][chosen], "o", color=VERMILION, markersize=7, label="chosen")
+        axes.set(ylabel=label, xlim=(mu[0], mu[-1]))
+        axes.legend()
+    panels[-1].set_xlabel(r"independent friction coefficient $\mu_{ind}$")
+    return figure
