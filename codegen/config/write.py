@@ -73,12 +73,7 @@ def sections(design: Design, layer: LayerSpec) -> Sections:
         "architecture": {"kind": architecture.kind, **(lanes if architecture.kind == "parallel" else {})},
         "target": {"name": design.target, "images": design.images},
         "bus": _keys(design.bus),
-        "layer": {
-            "poisson": layer.poisson,
-            "sampling": layer.sampling,
-            "solver": layer.solver,
-            "element_mm": millimetres(layer.element),
-        },
+        "layer": _keys(layer, ("poisson", "sampling", "solver")) | {"element_mm": millimetres(layer.element)},
     }
 
 

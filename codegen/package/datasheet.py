@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from tfra.codegen.package.contents import Contents, template
+from tfra.codegen.package.contents import Contents, Part, template
 from tfra.codegen.registers.files import register_table
-from tfra.codegen.sidecar import build as sidecar
+from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog.wrapper import ports_of, wrapper
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
@@ -33,22 +33,12 @@ SEED = 1
 _ERRORS = {"phi_deg": "φ / °", "mu_abs": "μ", "force_percent_of_resultant": "F / % of |F|"}
 
 
-def wrapper_ports(contents: Contents) -> Table:
-    """Ports of NAME_axi."""
-    return _ports("Ports of the wrapper", ports_of(contents.design))
-
-
-def core_ports(contents: Contents) -> Table:
-    """Ports of NAME."""
-    return _ports("Ports of the core", sidecar.core_ports(contents.design))
-
-
 def _ports(title: str, ports: Iterable[Port]) -> Table:
     rows = [(port.name, port.direction, port.bits, port.note) for port in ports]
     return Table(title, ("port", "", "bits", "meaning"), rows, (0, 1, 3))
 
 
-def output_words(contents: Contents) -> Table:
+def _output_words(contents: Contents) -> Table:
     """Every beat of an output frame, with the bits of each."""
     errors = contents.registers["ERRORS"].fields
     fields = zip(contents.design.layout, contents.facts["result"]["fields"], strict=True)
@@ -70,14 +60,12 @@ def _word(field: Field, facts: dict[str, Any]) -> tuple[str, ...]:
     return beats, bits, field.name, facts["format"], f"{field.lsb:.6g}{unit}", facts["meaning"]
 
 
-def status_bits(contents: Contents) -> Table:
-    """Bits of the word status."""
-    flags = contents.design.status_bits
-    rows = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in flags]
+def _status_bits(design: Design) -> Table:
+    rows = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in design.status_bits]
     return Table("Status", ("bit", "name", "meaning"), rows, (0, 1, 2))
 
 
-def cycles(contents: Contents) -> Table:
+def _cycles(contents: Contents) -> Table:
     """Latency and interval, in cycles and µs at the part's clock."""
     facts, part = contents.facts, contents.part
     latency, added = facts["latency_cycles"], wrapper(contents.design).latency
@@ -92,9 +80,7 @@ def cycles(contents: Contents) -> Table:
     return Table("Cycles", ("", "cycles", f"µs at {part.target.clock_mhz:g} MHz"), rows)
 
 
-def resources(contents: Contents) -> Table:
-    """What the core takes of its part."""
-    part = contents.part
+def _resources(part: Part) -> Table:
     rows = [(name, used, total, f"{100 * used / total:.0f} %") for name, (used, total) in part.resources.items()]
     return Table("Resources", ("", "core", part.target.name, ""), rows)
 
@@ -117,27 +103,30 @@ def accuracy(design: Design) -> tuple[int, Table]:
     return int(clear.sum()), Table("Accuracy", ("against", "error of", "median", "95th percentile"), rows, (0, 1))
 
 
-_TABLES = (wrapper_ports, core_ports, output_words, status_bits, cycles, resources)
-
-
 def datasheet(contents: Contents) -> dict[str, str]:
     """The page; raises ``InputError`` without the extra ``ip``."""
     count, accuracies = accuracy(contents.design)
     rules = contents.facts["rules"].items()
-    values = {
+    values: dict[str, object] = {
         **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in _waves().items()},
-        **{table.__name__: table(contents).html() for table in _TABLES},
+        "wrapper_ports": _ports("Ports of the wrapper", ports_of(contents.design)),
+        "core_ports": _ports("Ports of the core", core_ports(contents.design)),
+        "output_words": _output_words(contents),
+        "status_bits": _status_bits(contents.design),
+        "cycles": _cycles(contents),
+        "resources": _resources(contents.part),
+        "registers": register_table(contents.registers),
+        "errors": accuracies,
         **_numbers(contents),
         "contents": links(dict(re.findall(r'<h2 id="(\w+)">(.*)</h2>', template("datasheet.html")))),
         "blocks": contents.fill("blocks.svg"),
-        "registers": register_table(contents.registers).html(),
-        "errors": accuracies.html(),
         "contacts": count,
         "load": _load(contents),
         "instance": escape(instance(contents)),
         "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in rules),
     }
-    body = contents.fill("datasheet.html", **values)
+    shown = {name: value.html() if isinstance(value, Table) else value for name, value in values.items()}
+    body = contents.fill("datasheet.html", **shown)
     sensor = contents.design.sensor
     title = f"{contents.wrapper}: contact forces of {sensor.rows} × {sensor.columns} taxels"
     return {"datasheet.html": document(title, [body], template("datasheet.css"))}

@@ -1,7 +1,7 @@
-"""All files of a package, which drops into the FPGA project of a user."""
+"""All files of a package, which drops into the FPGA project of a user; here those for tools, and the README."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from tfra.codegen.config.names import check_packaged
@@ -9,11 +9,110 @@ from tfra.codegen.package.boards import boards
 from tfra.codegen.package.contents import Contents, Part
 from tfra.codegen.package.datasheet import datasheet
 from tfra.codegen.package.drivers import driver_files
-from tfra.codegen.package.projects import constraints, fusesoc, litex, readme, vivado
 from tfra.codegen.registers.files import register_files
+from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.sidecar.schema import schema
-from tfra.codegen.verilog.wrapper import wrapper_verilog
+from tfra.codegen.verilog.wrapper import input_bits, wrapper_verilog
+from tfra.families import FAMILIES, xilinx
+from tfra.hdl.bus.map import Field, Register
 from tfra.model.fixed.design import Design
+
+_ACCESS = {(True, True): "read-write", (True, False): "read-only", (False, True): "write-only"}
+"""What software may do, as IP-XACT says it: whether it reads, whether it writes."""
+
+_FILES = (
+    ("datasheet.html", "everything about the core on one page: words, cycles, registers, resets, faults; begin here"),
+    ("{name}_axi.v", "the core behind AXI4-Lite and AXI4-Stream: the module for a system on chip"),
+    ("{name}.v", "the core alone, in one file of plain Verilog; its head states ports, rules and words"),
+    ("{name}.json", "the same facts for programs"),
+    (LOADED, "coefficients, loaded after every reset"),
+    ("{name}.core", "FuseSoC: targets sim, lint and synth"),
+    ("testbench/{name}_tb.v", "checks every result word of the core in any simulator, needs no other file"),
+    ("core.schema.json", "JSON Schema of {name}.json: what each of its keys means"),
+    ("driver/tfra_driver.h", "driver in C99: all its functions; example.c shows how to use them"),
+    ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
+    ("registers/tfra.h", "registers for C"),
+    ("registers/tfra.html", "registers, one by one"),
+    ("registers/tfra.xml", "registers in IP-XACT"),
+    ("constraints/{name}.sdc", "the clock, for tools that read SDC"),
+    ("vivado/package_ip.tcl", "makes an IP core for Vivado's catalogue"),
+    ("vivado/{name}_axi.xdc", "the clock, for Vivado"),
+    ("litex/{name}.py", "a module for LiteX"),
+    ("boards/{board}/build.sh", "bitstream for the board {board}: the core behind its serial line"),
+    ("boards/talk.py", "talks to the board: loads it, sends frames, compares the results"),
+)
+
+
+def constraints(contents: Contents) -> dict[str, str]:
+    """The clock's period in Synopsys' format, for the wrapper and for the core, whichever is the top module."""
+    return {f"constraints/{contents.name}.sdc": contents.fill("constraints.sdc")}
+
+
+def vivado(contents: Contents) -> dict[str, str]:
+    """A script that packages the wrapper as an IP core, and its constraints."""
+    script = contents.fill(
+        "package_ip.tcl",
+        description=f"Computes {contents.facts['computes']}".replace('"', "'"),
+        registers="".join(map(_register, contents.registers.registers)).rstrip(),
+    )
+    return {"vivado/package_ip.tcl": script, f"vivado/{contents.wrapper}.xdc": contents.fill("wrapper.xdc")}
+
+
+def _register(register: Register) -> str:
+    fields = "".join(map(_field, register.fields))
+    kind = _ACCESS[register.readable, register.writable]
+    return f"register {register.name} 0x{register.address:02X} {kind} {{{_braced(register.text)}}} {{\n{fields}}}\n"
+
+
+def _field(field: Field) -> str:
+    access = _ACCESS[field.kind.readable, field.kind.writable]
+    return f"  {field.name} {field.low} {field.bits} {access} {{{_braced(field.text)}}}\n"
+
+
+def _braced(text: str) -> str:
+    """Text for Tcl's braces, which have to be in pairs."""
+    return text.replace("{", "(").replace("}", ")").replace("\\", "/")
+
+
+def litex(contents: Contents) -> dict[str, str]:
+    """The wrapper as a module in Python that needs LiteX alone."""
+    sources, images = (", ".join(f'"{name}"' for name in names) for names in (contents.rtl, contents.images))
+    text = contents.fill("litex.py.txt", bits=input_bits(contents.design), sources=sources, images=images)
+    return {f"litex/{contents.name}.py": text}
+
+
+def fusesoc(contents: Contents) -> dict[str, str]:
+    """The package in CAPI2, with targets ``default``, ``sim`` (Icarus), ``lint`` (Verilator) and ``synth``."""
+    family = FAMILIES.get(contents.design.target)
+    tool, options = (family or xilinx.FAMILY).project
+    if family:
+        options = {**options, "nextpnr_options": [*contents.part.target.device]}
+    rules = [f"{name}: {{file_type: vlt}}" for name in contents.rules]
+    copied = [f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images]
+    text = contents.fill(
+        "fusesoc.core",
+        description=json.dumps(f"Computes {contents.facts['computes']}"),
+        rtl=_listed([*contents.rtl, *copied]),
+        simulated=_listed([*contents.cells, f"testbench/{contents.name}_tb.v"]),
+        linted=_listed([*rules, *contents.rtl, *contents.cells]),
+        tool=tool,
+        options=json.dumps(options),
+    )
+    return {f"{contents.name}.core": text}
+
+
+def _listed(names: Iterable[str]) -> str:
+    return f"[{', '.join(names)}]"
+
+
+def readme(contents: Contents) -> dict[str, str]:
+    """What each file is for, of those that are there, and the first commands."""
+    board = contents.part.target.family.board
+    names = {"name": contents.name, "board": board.name if board else ""}
+    rows = [(file.format(**names), text.format(**names)) for file, text in _FILES]
+    table = "\n".join(f"| `{file}` | {text} |" for file, text in rows if file in contents.texts)
+    return {"README.md": contents.fill("README.md", board=names["board"], files=table)}
+
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.design)},
@@ -40,7 +139,7 @@ def package(design: Design, texts: Mapping[str, str], part: Part) -> dict[str, s
     """
     check_packaged(design.name)
     facts: dict[str, Any] = json.loads(texts[f"{design.name}.json"])
-    made: dict[str, str] = {}
+    package: dict[str, str] = {}
     for write in WRITERS:
-        made |= write(Contents(design, facts, {**texts, **made}, part))
-    return made
+        package |= write(Contents(design, facts, {**texts, **package}, part))
+    return package

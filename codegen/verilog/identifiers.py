@@ -1,6 +1,7 @@
 """Names of a netlist as plain Verilog identifiers, which no tool has to escape."""
 
 import re
+from itertools import chain, count
 
 from tfra.codegen.config.names import KEYWORDS, SIMULATORS
 
@@ -37,9 +38,4 @@ def _plain(name: str) -> str:
 
 def _free(name: str, taken: set[str]) -> str:
     """``name``, with a number if it is taken."""
-    number = 1
-    free = name
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    return free
+    return next(free for free in chain([name], (f"{name}_{number}" for number in count(2))) if free not in taken)

@@ -24,35 +24,33 @@ def test_ports() -> None:
     assert set(Top(design).signature.members) | {"clk", "rst"} == PORTS
 
 
-@pytest.mark.parametrize("word", ["module", "small", "clk", "wreal"])
-def test_words_that_are_taken(word: str) -> None:
-    kind = {"clk": "a port of the core", "wreal": "a keyword of Verilog simulators"}.get(word, "a keyword of Verilog")
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [
+        *[("module", "a keyword of Verilog"), ("small", "a keyword of Verilog"), ("clk", "a port of the core")],
+        *[("wreal", "a keyword of Verilog simulators"), ("skin__core", "like a module inside of a core")],
+    ],
+)
+def test_words_that_are_taken(word: str, kind: str) -> None:
     with pytest.raises(ValueError, match=rf'^name: "{word}" is {kind}$'):
         checked(word)
     with pytest.raises(ValueError, match=rf'^name: is missing, and the file\'s own, "{word}", is {kind}: set another'):
         name_from(word)
 
 
-def test_no_core_has_the_name_of_a_module_of_another() -> None:
-    with pytest.raises(ValueError, match=r'^name: "skin__core" is like a module inside of a core$'):
-        checked("skin__core")
-
-
 @pytest.mark.parametrize(
-    ("word", "language"),
-    [("signal", "VHDL"), ("Signal", "VHDL"), ("double", "C"), ("lambda", "Python"), ("lappend", "Tcl")],
+    ("word", "reason"),
+    [
+        *[(word, "a keyword of VHDL, which a package is used in$") for word in ("signal", "Signal")],
+        *[("double", "a keyword of C,"), ("lambda", "a keyword of Python,"), ("lappend", "a keyword of Tcl,")],
+        *[(word, "no name in VHDL, which has no") for word in ("skin_", "my__skin")],
+    ],
 )
-def test_words_that_no_package_may_be_called(word: str, language: str) -> None:
+def test_words_that_no_package_may_be_called(word: str, reason: str) -> None:
     """A core alone may: its Verilog knows none of these languages."""
     assert checked(word) == word
-    with pytest.raises(ValueError, match=rf'^name: "{word}" is a keyword of {language}, which a package is used in$'):
+    with pytest.raises(ValueError, match=rf'^name: "{word}" is {reason}'):
         check_packaged(word)
-
-
-@pytest.mark.parametrize("name", ["skin_", "my__skin"])
-def test_names_that_vhdl_does_not_have(name: str) -> None:
-    with pytest.raises(ValueError, match=rf'^name: "{name}" is no name in VHDL'):
-        check_packaged(name)
 
 
 def test_words_of_languages_are_complete() -> None:

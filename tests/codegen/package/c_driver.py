@@ -4,6 +4,7 @@ import ctypes
 import subprocess
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from ctypes import POINTER, Structure, byref, c_bool, c_int, c_int32, c_uint32, c_void_p
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -31,32 +32,27 @@ REASONS = {
 """What the Python driver says, by the codes of C."""
 
 
-def structure(name: str, **members: Any) -> Any:
-    return type(name, (Structure,), {"_fields_": list(members.items())})
+class CBus(Structure):
+    _fields_ = (("read32", READ32), ("write32", WRITE32), ("user", c_void_p), ("polls", c_uint32))
 
 
-CBus = structure("CBus", read32=READ32, write32=WRITE32, user=c_void_p, polls=c_uint32)
-CDevice = structure("CDevice", bus=CBus, config=c_void_p)
-CFrontEnd = structure(
-    "CFrontEnd",
-    **{"word_bits": c_uint32, "is_unsigned": c_bool, "invert": c_bool, "log2_average": c_uint32},
-    **{"dead_band": c_uint32, "contact": c_uint32, "stuck_frames": c_uint32},
-)
-_COUNTERS = ("frames_in", "frames_out", "frames_dropped", "frames_saturated", "frame_cycles")
+class CDevice(Structure):
+    _fields_ = (("bus", CBus), ("config", c_void_p))
+
+
+def structure(state: Any) -> Any:
+    """The structure of C with the members of a class of Python."""
+    members = [(field.name, c_bool if field.type is bool else c_uint32) for field in fields(state)]
+    return type(state.__name__, (Structure,), {"_fields_": members})
+
 
 STATES = {
-    "get_load": ("Load", structure("CLoad", count=c_uint32, crc=c_uint32, match=c_bool, loaded=c_bool)),
-    "get_front_end": ("FrontEnd", CFrontEnd),
-    "get_counters": (
-        "Counters",
-        structure("CCounters", **dict.fromkeys(_COUNTERS, c_uint32), consistent=c_bool),
-    ),
-    "get_faulty_taxel": (
-        "FaultyTaxel",
-        structure("CFaultyTaxel", index=c_uint32, saturated=c_bool, out_of_range=c_bool, stuck=c_bool),
-    ),
+    "get_load": "Load",
+    "get_front_end": "FrontEnd",
+    "get_counters": "Counters",
+    "get_faulty_taxel": "FaultyTaxel",
 }
-"""Functions that give a structure: its names in Python and here."""
+"""Functions that give a structure, of this name in Python."""
 FIELDS = {
     "set_options": "CONTROL",
     "clear_errors": "ERRORS",
@@ -121,7 +117,7 @@ class CCore:
         """The function ``name``, by what it takes and gives; all others take nothing or a number."""
         action, _, noun = name.partition("_")
         if name in STATES:
-            return partial(self._state, name, *STATES[name])
+            return partial(self._state, name, getattr(self._host, STATES[name]))
         if name in FIELDS:
             return partial(self._choose, name, FIELDS[name])
         if name in GIVEN:
@@ -130,14 +126,14 @@ class CCore:
             return partial(self._set if action == "set" else self._get, name, TABLES[noun])
         return lambda *numbers: self._call(name, *map(c_uint32, numbers))
 
-    def _state(self, name: str, python: str, kind: Any) -> Any:
-        found = kind()
+    def _state(self, name: str, kind: Any) -> Any:
+        found = structure(kind)()
         self._call(name, byref(found))
-        return getattr(self._host, python)(**{member: getattr(found, member) for member, _ in kind._fields_})
+        return kind(*(getattr(found, field.name) for field in fields(kind)))
 
     def _choose(self, name: str, register: str, names: Iterable[str] | None = None) -> None:
-        fields = self._host.registers.REGISTERS[register]["fields"]
-        self._call(name, sum(1 << fields[each][0] for each in (fields if names is None else names)))
+        places = self._host.registers.REGISTERS[register]["fields"]
+        self._call(name, sum(1 << places[each][0] for each in (places if names is None else names)))
 
     def _names(self, name: str, register: str) -> Any:
         found = c_uint32()
@@ -156,7 +152,7 @@ class CCore:
         self._call("load", (c_int32 * len(words))(*words), len(words))
 
     def set_front_end(self, settings: Any) -> None:
-        self._call("set_front_end", byref(CFrontEnd(*vars(settings).values())))
+        self._call("set_front_end", byref(structure(type(settings))(*vars(settings).values())))
 
     def set_repairs(self, repairs: Mapping[int, Mapping[int, float]]) -> None:
         self._library.tfra_repair_target.restype = self._library.tfra_repair_source.restype = c_uint32

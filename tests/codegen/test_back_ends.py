@@ -8,8 +8,7 @@ import jsonschema
 import pytest
 
 from tests.codegen.package.made import PART, SERIAL_CORE
-from tfra.codegen.backend import BACKENDS, Backend
-from tfra.codegen.generate import generate
+from tfra.codegen.generate import BACKENDS, Backend, generate
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import schema
 from tfra.runtime.errors import InputError
