@@ -1,7 +1,6 @@
 """From a STUDY file to a design, frames, and a search space, each checked."""
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import read_toml
 from tfra.study.errors.cascade import SIGNED
-from tfra.study.frames.frameset import Definition
+from tfra.study.frames.frameset import Definition, blame
 from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import COSTS, LEAST
 from tfra.study.search.space import Space
@@ -57,7 +56,7 @@ def load_study(path: Path) -> StudyFile:
     design = project.design
     if not isinstance(design, TfraDesign):
         raise InputError(path, "config", "a design of the TFRA estimator is needed")
-    with _blame(project.path, ""):
+    with blame(project.path, ""):
         microarchitecture(design).check()
     definition = Definition.of(path, design.sensor, project.layer, document.frames, design.adc, project.input)
     _require_frames(path, document)
@@ -66,7 +65,7 @@ def load_study(path: Path) -> StudyFile:
         if getattr(document, name) and not document.search:
             raise InputError(path, name, "needs a section [search], whose designs are placed")
     if document.search:
-        with _blame(path, "search"):
+        with blame(path, "search"):
             target = _target(document.search, design)
             space = _space(document.search.space) if document.search.space else None
     return StudyFile(path, document, project, design, definition, space, target)
@@ -79,18 +78,6 @@ def _require_frames(path: Path, document: StudyDocument) -> None:
     for key in ("train", "held_out") if document.search else ():
         if (given := getattr(document.frames, key)) < LEAST:
             raise InputError(path, f"frames.{key}", f"[search] needs {LEAST} or more, got {given}")
-
-
-@contextmanager
-def _blame(file: Path, section: str) -> Iterator[None]:
-    """Turn ``ValueError("key: reason")`` into an ``InputError`` that names the file and the section."""
-    try:
-        yield
-    except InputError:
-        raise
-    except ValueError as error:
-        key, _, reason = str(error).partition(": ")
-        raise InputError(file, ".".join(part for part in (section, key) if part), reason) from None
 
 
 def _target(section: SearchSection, design: TfraDesign) -> Target:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from itertools import product
 
 from tfra.families import Family
 from tfra.model.choices import Adc, Search
@@ -71,14 +71,8 @@ def converters(base: TfraDesign, bits: Sequence[int], noise: Sequence[float]) ->
     """
     compared = Step.NOISE, Step.CONVERTER, Step.ARITHMETIC
     return tuple(
-        Variation.of(
-            {"noise_share_of_peak": level, "bits": length},
-            partial(behind, base, length),
-            compared=compared,
-            noise=level,
-        )
-        for level in noise
-        for length in bits
+        Variation.of({"noise_share_of_peak": n, "bits": b}, partial(behind, base, b), compared=compared, noise=n)
+        for n, b in product(noise, bits)
     )
 
 
@@ -97,28 +91,19 @@ def variants(base: TfraDesign, steps: Sequence[int], tolerances: Sequence[float]
     Facts are ``variant``, what is varied, and all three settings: ``steps``, ``plateau_tolerance_lsb``, ``rounding``.
     Steps and tolerance are those of the float steps, too, so that all steps are compared; of rounding, arithmetic.
     """
+    search, formats = base.search, base.formats
     return (
-        *(_searched(base, "steps", steps=count) for count in steps),
-        *(_searched(base, "plateau_tolerance", tolerance=tolerance) for tolerance in tolerances),
-        *(_rounded(base, rounding) for rounding in Rounding),
+        *(_variant("steps", replace(base, search=replace(search, steps=count))) for count in steps),
+        *(_variant("plateau_tolerance", replace(base, search=replace(search, tolerance=each))) for each in tolerances),
+        *(_variant("rounding", replace(base, formats=replace(formats, rounding=each))) for each in Rounding),
     )
 
 
-def _searched(base: TfraDesign, variant: str, **changes: Any) -> Variation:
-    design = replace(base, search=replace(base.search, **changes))
-    return Variation.of(_facts(variant, design), lambda: design, compared=tuple(Step))
-
-
-def _rounded(base: TfraDesign, rounding: Rounding) -> Variation:
-    design = replace(base, formats=replace(base.formats, rounding=rounding))
-    return Variation.of(_facts("rounding", design), lambda: design)
-
-
-def _facts(variant: str, design: TfraDesign) -> Facts:
-    search = design.search
-    return {
+def _variant(variant: str, design: TfraDesign) -> Variation:
+    facts: Facts = {
         "variant": variant,
-        "steps": search.steps,
-        "plateau_tolerance_lsb": search.tolerance,
+        "steps": design.search.steps,
+        "plateau_tolerance_lsb": design.search.tolerance,
         "rounding": str(design.formats.rounding),
     }
+    return Variation.of(facts, lambda: design, compared=(Step.ARITHMETIC,) if variant == "rounding" else tuple(Step))

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -48,14 +49,9 @@ class Definition:
         A recording's name is relative to it; the recording is read as ``given`` says, codes as those of ``adc``.
         Raises ``InputError`` that names the file and the key.
         """
-        try:
+        with blame(file, "frames"):
             source = _mixture(sensor, layer, section) or _recording(file, sensor, section, adc, given)
             return cls(sensor, layer, section, source)
-        except InputError:
-            raise
-        except ValueError as error:
-            key, _, reason = str(error).partition(": ")
-            raise InputError(file, f"frames.{key}", reason) from None
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -94,6 +90,18 @@ class Definition:
         """Return the noise of a block at unit deviation, ``(n, rows, columns)``: a recording has its own already."""
         shape = self.count(part, number), self.sensor.rows, self.sensor.columns
         return generator(self.section.seed, part, number, Stream.NOISE).standard_normal(shape)
+
+
+@contextmanager
+def blame(file: Path, section: str) -> Iterator[None]:
+    """Turn ``ValueError("key: reason")`` into an ``InputError`` that names the file and the section."""
+    try:
+        yield
+    except InputError:
+        raise
+    except ValueError as error:
+        key, _, reason = str(error).partition(": ")
+        raise InputError(file, ".".join(filter(None, (section, key))), reason) from None
 
 
 def _mixture(sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Mixture | None:
@@ -154,11 +162,6 @@ class FrameSet:
     def write(self, block: tuple[Part, int]) -> None:
         """Make a block and store it; raises ``InputError`` when it can't be written."""
         self._store.put(_name(*block), self.definition.make(*block).to_parquet())
-
-    def complete(self) -> None:
-        """Make and store all missing blocks."""
-        for block in self.missing():
-            self.write(block)
 
     def block(self, part: Part, number: int) -> Block:
         """Load a block; raises ``InputError`` where its file is missing, damaged or another block's."""

@@ -1,24 +1,6 @@
 """Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.config.schema`.
 
-    [frames]
-    train = 20000
-    held_out = 5000
-    seed = 1
-
-    [[frames.mixture]]
-    weight = 3
-    shape = ["hertz", "uniform"]
-    half_x_pitches = {from = 0.5, to = 3, log = true}
-    half_y_pitches = {from = 0.5, to = 3, log = true}
-    center_x_share = {from = 0, to = 1}
-    center_y_share = {from = 0, to = 1}
-    peak_kpa = {from = 20, to = 180}
-    mu = {from = 0, to = 1}
-    phi_deg = {from = 0, to = 360}
-    noise_share_of_peak = 0.001
-    offset_share_of_peak = [-0.005, 0, 0.005]
-
-``recording = "frames.npz"`` takes the place of the mixture.
+examples/study_hertz.toml explains every key; ``recording = "frames.npz"`` takes the place of the mixture.
 """
 
 from typing import Annotated

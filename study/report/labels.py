@@ -137,9 +137,3 @@ def cost_amount(cost: str, value: float) -> str:
 def setting(value: float | str) -> str:
     """The setting of a variant."""
     return value.replace("_", " ") if isinstance(value, str) else f"{value:g}"
-
-
-def parts_of(table: pl.DataFrame) -> list[Part]:
-    """The parts of frames that a table has, the one to look at first."""
-    parts = set(table["part"])
-    return [part for part in PARTS if part in parts]

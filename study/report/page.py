@@ -178,8 +178,10 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
         contents({section.name: section.title for section in sections}),
         _filters(sections, choices),
         *(_section(section, tables).html() for section in sections),
-        *(_scripts(sections, tables, choices) if any(section.charts for section in sections) else ()),
     ]
+    if any(section.charts for section in sections):
+        parts += [f"<script>{get_plotlyjs()}</script>", data_script("charts", _figures(sections, tables, choices))]
+        parts.append(f"<script>{_resource('page.js')}</script>")
     policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
     head += f'<meta http-equiv="refresh" content="{REFRESH_S}">' if pending else ""
@@ -200,18 +202,14 @@ def _resource(name: str) -> str:
 
 def _opening(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[str]:
     if pending:
-        missing = listed([_title_of(name) for name in pending])
+        titles = {table: f"{table} ({section.title})" for section in SECTIONS for table in section.tables}
+        missing = listed([titles.get(name, name) for name in pending])
         yield paragraph(f"This page is partial: the study is running. Still to come: {missing}.", "partial")
     if words := summary(tables, design):
         yield paragraph(words, "answer")
     yield from (paragraph(sentence, "note") for sentence in notes(tables))
     if tables:
         yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
-
-
-def _title_of(table: str) -> str:
-    titles = [section.title for section in SECTIONS if table in section.tables]
-    return f"{table} ({titles[0]})" if titles else table
 
 
 def _choices(tables: Tables) -> dict[str, dict[str, str]]:
@@ -241,12 +239,6 @@ def _filters(sections: Sequence[Section], choices: Mapping[str, Mapping[str, str
 
 def _options(choices: Mapping[str, str]) -> str:
     return "".join(f'<option value="{escape(value)}">{escape(label)}</option>' for value, label in choices.items())
-
-
-def _scripts(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
-    yield f"<script>{get_plotlyjs()}</script>"
-    yield data_script("charts", _figures(sections, tables, choices))
-    yield f"<script>{_resource('page.js')}</script>"
 
 
 def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from tfra.study.report.labels import (
     STEPS,
     Tables,
     cost_amount,
-    parts_of,
 )
 from tfra.study.search.evaluate import CHANGE, COSTS
 from tfra.study.search.trials import COMPLETE
@@ -58,7 +57,7 @@ def notes(tables: Tables) -> list[str]:
 
 
 def _first_part(tables: Tables, name: str) -> tuple[str, pl.DataFrame]:
-    part = parts_of(tables[name])[0]
+    part = next(part for part in PARTS if part in set(tables[name]["part"]))
     return PARTS[part], tables[name].filter(part=part)
 
 

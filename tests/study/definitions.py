@@ -11,7 +11,7 @@ from tfra.codegen.config.cover import LayerSpec
 from tfra.model.choices import Adc, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.study.frames.frameset import Definition
+from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.frames.schema import FramesSection
 from tfra.study.tasks import Task
 
@@ -70,6 +70,14 @@ def section(text: str = MIXTURE, **changes: Any) -> FramesSection:
 def definition(text: str = MIXTURE, **changes: Any) -> Definition:
     """The same as a definition, of a file in the current folder."""
     return Definition.of(Path("study.toml"), SENSOR, LAYER, section(text, **changes))
+
+
+def complete(folder: Path, definition: Definition) -> FrameSet:
+    """All frames of a definition in a folder."""
+    frames = FrameSet.create(folder, definition)
+    for block in frames.missing():
+        frames.write(block)
+    return frames
 
 
 def design(**changes: Any) -> TfraDesign:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import polars as pl
 import pytest
 
-from tests.study.definitions import one_after_another, tables_of
+from tests.study.definitions import complete, one_after_another, tables_of
 from tfra.families import DEFAULT, find
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.designs import Described, Named
@@ -32,8 +32,7 @@ SIGNALS = ("coefficient.normal", "scalar", "cordic")
 
 def make(design: TfraDesign, definition: Definition, folder: Path) -> dict[str, pl.DataFrame]:
     """Every table, of a few variations and trials; ``folder`` gets frames and trials."""
-    frames = FrameSet.create(folder / "frames", definition)
-    frames.complete()
+    frames = complete(folder / "frames", definition)
     comparisons = [Comparison(name, frames, some) for name, some in variations(design).items()]
     tables: dict[str, pl.DataFrame] = {}
     for task in (Errors(design, frames), Signals(design, frames), *comparisons):

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, design, section, tables_of
+from tests.study.definitions import LAYER, MIXTURE, SENSOR, complete, definition, design, section, tables_of
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
@@ -32,9 +32,7 @@ def changed(**formats: Any) -> TfraDesign:
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
-    found = FrameSet.create(tmp_path_factory.mktemp("frames"), definition(EVEN, train=BLOCK + 60))
-    found.complete()
-    return found
+    return complete(tmp_path_factory.mktemp("frames"), definition(EVEN, train=BLOCK + 60))
 
 
 def some() -> tuple[Variation, ...]:
@@ -132,8 +130,7 @@ def test_noise_on_a_recording(tmp_path: Path):
     recorded = definition().make(Part.TRAIN, 0).stress
     np.savez(tmp_path / "frames.npz", frames=recorded)
     wanted = section("", train=30, held_out=10, seed=3, recording="frames.npz")
-    frames = FrameSet.create(tmp_path / "set", Definition.of(tmp_path / "study.toml", SENSOR, LAYER, wanted))
-    frames.complete()
+    frames = complete(tmp_path / "set", Definition.of(tmp_path / "study.toml", SENSOR, LAYER, wanted))
     variations = tuple(Variation.of({"noise": x}, design, noise=x, compared=(Step.NOISE,)) for x in (0.0, 0.01))
     found = measured(frames, variations, part=Part.HELD_OUT)
     worst = found.filter(quantity="force_z_n", view="own")["worst"]

@@ -1,6 +1,5 @@
 """Frame sets come back as they were made, and nothing that is wrong with a folder goes unnoticed."""
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,12 +8,11 @@ import polars as pl
 import pytest
 from pydantic import ValidationError
 
-from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, section
+from tests.study.definitions import LAYER, MIXTURE, SENSOR, complete, definition, section
 from tests.study.frames.test_mixture import same
 from tfra.codegen.config.complaints import complaint
 from tfra.codegen.config.schema import Section
 from tfra.runtime.errors import InputError
-from tfra.study.frames import schema
 from tfra.study.frames.block import BLOCK, Part
 from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.frames.schema import FramesSection
@@ -22,9 +20,7 @@ from tfra.study.frames.schema import FramesSection
 
 @pytest.fixture
 def stored(tmp_path: Path) -> FrameSet:
-    found = FrameSet.create(tmp_path / "set", definition())
-    found.complete()
-    return found
+    return complete(tmp_path / "set", definition())
 
 
 def file_of(frames: FrameSet, part: Part) -> Path:
@@ -54,8 +50,7 @@ def test_what_was_made_comes_back(stored):
 
 def test_the_same_bytes_in_any_order(tmp_path):
     wanted = definition(train=BLOCK + 1, held_out=2)
-    one, two = (FrameSet.create(tmp_path / name, wanted) for name in ("one", "two"))
-    one.complete()
+    one, two = complete(tmp_path / "one", wanted), FrameSet.create(tmp_path / "two", wanted)
     for block in reversed(two.missing()):
         two.write(block)
     assert contents(one.folder) == contents(two.folder)
@@ -67,8 +62,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_a_block_of_another_set_or_place_is_noticed(stored, tmp_path):
-    other = FrameSet.create(tmp_path / "other", definition(seed=8))
-    other.complete()
+    other = complete(tmp_path / "other", definition(seed=8))
     for foreign in (file_of(other, Part.TRAIN), file_of(stored, Part.HELD_OUT)):
         file_of(stored, Part.TRAIN).write_bytes(foreign.read_bytes())
         assert "is not as it was written" in refused(stored)
@@ -80,7 +74,7 @@ def test_a_missing_block_is_told_and_made_again(stored):
     file.unlink()
     assert refused(stored).endswith("train-000000.block: cannot be read: No such file or directory")
     assert stored.missing() == [(Part.TRAIN, 0)]
-    stored.complete()
+    complete(stored.folder, stored.definition)
     assert file.read_bytes() == data
 
 
@@ -123,8 +117,7 @@ def recorded(tmp_path: Path) -> Path:
 
 
 def test_a_recording_from_both_ends(recorded):
-    frames = FrameSet.create(recorded / "set", recording(recorded))
-    frames.complete()
+    frames = complete(recorded / "set", recording(recorded))
     train, held_out = (frames.block(part, 0) for part in Part)
     stress = np.load(recorded / "r.npz")["frames"].astype(np.float32)
     assert np.array_equal(train.stress, stress[:5])
@@ -174,14 +167,6 @@ def test_form_is_complained_of_by_key(changes, line):
     with pytest.raises(ValidationError) as caught:
         Document.model_validate({"frames": content | {"mixture": [content["mixture"][0] | changes]}})
     assert ": ".join(complaint(caught.value, Document)) == f"frames.mixture#1.{line}"
-
-
-def test_the_example_in_the_schema_is_one():
-    text = schema.__doc__.partition("\n\n")[2].rpartition("\n\n")[0]
-    document = Document.model_validate(tomllib.loads(text))
-    found = Definition.of(Path("study.toml"), SENSOR, LAYER, document.frames)
-    assert [found.frames(part) for part in Part] == [20_000, 5_000]
-    assert [found.blocks(part) for part in Part] == [20, 5]
 
 
 def test_either_a_mixture_or_a_recording():

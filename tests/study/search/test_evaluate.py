@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.study.definitions import definition, design
+from tests.study.definitions import complete, definition, design
 from tfra.families import find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.converter import convert
@@ -28,9 +28,7 @@ FORCE, FIELD = "force_difference_percent_of_true_force", "taxel_forces_percent_o
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
-    found = FrameSet.create(tmp_path_factory.mktemp("frames"), definition(train=1500, held_out=600))
-    found.complete()
-    return found
+    return complete(tmp_path_factory.mktemp("frames"), definition(train=1500, held_out=600))
 
 
 def evaluation(frames: FrameSet, *costs: str, **more: Any) -> Evaluation:
