@@ -8,7 +8,7 @@ import ctypes
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -117,23 +117,20 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
 
     executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]
     with client:
-        _require_alike(client.run(_identity), address)
+        identities = client.run(_identity)
+        if not identities:
+            raise SchedulerError(f"the Dask scheduler at {address} has no workers")
+        for worker, (its, threads) in identities.items():
+            if its != fingerprint():
+                raise SchedulerError(f"the Dask worker {worker} has other sources of tfra")
+            if threads != "1":
+                raise SchedulerError(f"the Dask worker {worker} may use many threads: start it with OMP_NUM_THREADS=1")
         yield work
 
 
 def _identity() -> tuple[str, str | None]:
     """State that must be equal for all workers: the sources, and threads of BLAS."""
     return fingerprint(), os.environ.get("OMP_NUM_THREADS")
-
-
-def _require_alike(identities: Mapping[str, tuple[str, str | None]], address: str) -> None:
-    if not identities:
-        raise SchedulerError(f"the Dask scheduler at {address} has no workers")
-    for worker, (its, threads) in identities.items():
-        if its != fingerprint():
-            raise SchedulerError(f"the Dask worker {worker} has other sources of tfra")
-        if threads != "1":
-            raise SchedulerError(f"the Dask worker {worker} may use many threads: start it with OMP_NUM_THREADS=1")
 
 
 @cache

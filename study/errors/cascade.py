@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -29,7 +29,7 @@ from tfra.model.converter import convert, saturated
 from tfra.model.fixed.tfra.centroids import centroids
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
-from tfra.model.metrics import Contact, rotation_deg
+from tfra.model.metrics import rotation_deg
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import TIE, Result, Status, Tfra
 from tfra.study.frames.block import Block, with_noise
@@ -68,12 +68,8 @@ their true lengths.
 """
 
 
-class Estimate(Contact, Protocol):
-    """A result, or the truth."""
-
-    @property
-    def forces(self) -> Floats:
-        """``(n, 3, rows, columns)`` N."""
+Estimate = Result | Block
+"""A result, or the truth."""
 
 
 class _Search(NamedTuple):

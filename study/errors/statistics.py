@@ -6,7 +6,7 @@ into blocks does not matter; a million frames take some 300 MB.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,6 @@ ERRORS = {
 }
 """Columns of :func:`errors`."""
 
-_FLAGS = {"step": pl.String, "status": pl.String, "frames": pl.Int64, "of": pl.Int64}
 _FLIPS = {
     "step": pl.String,
     "decision": pl.String,
@@ -91,15 +90,14 @@ def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
 
 def flagged(scores: pl.DataFrame) -> pl.DataFrame:
     """Return how many of all frames have each status bit at each step; in the last row, how many are left out."""
-    rows: list[dict[str, Any]] = []
-    for step in Step:
-        bits = scores[decision_column("status", step)].to_numpy()
-        rows += [
-            {"step": step, "status": str(status.name).lower(), "frames": int(np.count_nonzero(bits & status.value))}
-            for status in OF_CORES
-        ]
-    rows.append({"step": "any", "status": "left_out", "frames": int((~unflagged(scores)).sum())})
-    return pl.DataFrame([row | {"of": len(scores)} for row in rows], schema=_FLAGS)
+    bits = {step: scores[decision_column("status", step)].to_numpy() for step in Step}
+    rows = [
+        (str(step), str(status.name).lower(), int(np.count_nonzero(bits[step] & status.value)), len(scores))
+        for step, status in product(Step, OF_CORES)
+    ]
+    rows += [("any", "left_out", int((~unflagged(scores)).sum()), len(scores))]
+    schema = {"step": pl.String, "status": pl.String, "frames": pl.Int64, "of": pl.Int64}
+    return pl.DataFrame(rows, schema, orient="row")
 
 
 def flips(scores: pl.DataFrame) -> pl.DataFrame:

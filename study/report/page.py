@@ -57,20 +57,13 @@ class Section:
     by_cost: Callable[[Tables], Mapping[str, str]] = lambda _: {}
 
 
-OF_CONVERTER = {View.TOTAL: "Total error", View.OWN: "The converter’s own share"}
-OF_ARITHMETIC = {View.OWN: "Error of the arithmetic", View.TOTAL: "Total error"}
-
-
 def _by_view(
-    name: str,
-    draw: Callable[..., go.Figure],
-    titles: Mapping[View, str],
-    filters: tuple[str, ...] = ("quantity", "statistic"),
+    name: str, draw: Callable[..., go.Figure], filters: tuple[str, ...] = ("quantity", "statistic")
 ) -> tuple[Chart, ...]:
     """A chart of each view, beside each other where there is room."""
     return tuple(
         Chart(f"{name}-{view}", lambda *chosen, view=view: draw(*chosen, view), filters, title)
-        for view, title in titles.items()
+        for view, title in ((View.OWN, "Its own share"), (View.TOTAL, "Total error"))
     )
 
 
@@ -124,7 +117,7 @@ SECTIONS = (
         "the right, only noise and method are left, and more bits of the converter gain nothing. A cross marks "
         "impossible combinations, “few” those with too few frames.",
         ("converter",),
-        _by_view("converter", error_charts.converter, OF_CONVERTER),
+        _by_view("converter", error_charts.converter),
     ),
     Section(
         "sensitivity",
@@ -133,7 +126,7 @@ SECTIONS = (
         "without a bar have bits to spare. A click on the legend shows two and four bits less. A cross marks "
         "impossible combinations.",
         ("sensitivity",),
-        _by_view("sensitivity", error_charts.sensitivity, OF_ARITHMETIC),
+        _by_view("sensitivity", error_charts.sensitivity),
     ),
     Section(
         "variants",
@@ -141,7 +134,7 @@ SECTIONS = (
         "The same design with one choice changed. A dot is the median of the error’s magnitude; the line ends at the "
         "95th percentile. A cross marks impossible combinations.",
         ("variants",),
-        _by_view("variants", error_charts.variants, OF_ARITHMETIC, ("quantity",)),
+        _by_view("variants", error_charts.variants, ("quantity",)),
     ),
     Section(
         "trials",

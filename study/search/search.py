@@ -115,8 +115,7 @@ class Search:
                 waiting.setdefault(_key(trial), []).append(trial)
         again = [key for key in waiting if key in done]
         for key in again:
-            measured = Measured(done[key].state, done[key].values, done[key].reason)
-            yield from _store(waiting.pop(key), measured, trials, 0.0)
+            yield from _store(waiting.pop(key), done[key], trials, 0.0)
         groups, start = list(waiting.values()), time.perf_counter()
         for position, measured in workers(measure, [self.space.point(group[0].indices) for group in groups]):
             yield from _store(groups[position], measured, trials, time.perf_counter() - start)
@@ -126,7 +125,7 @@ def _key(trial: Trial) -> tuple[tuple[str, int], ...]:
     return tuple(sorted(trial.indices.items()))
 
 
-def _store(same: Sequence[Trial], measured: Measured, trials: Trials, seconds: float) -> Iterator[Trial]:
+def _store(same: Sequence[Trial], measured: Measured | Trial, trials: Trials, seconds: float) -> Iterator[Trial]:
     """Trials of one point, each in the table before it is yielded."""
     for trial in same:
         finished = replace(trial, state=measured.state, values=dict(measured.values), reason=measured.reason)

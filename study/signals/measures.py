@@ -1,19 +1,22 @@
-"""Measures of signals: the use of their words, and the precision of every stage against the same stage in float64.
+"""Words of signals inside a bit-accurate model: measures of their use, and of the precision of every stage.
 
-A stage's own error is what it adds to its inputs; its whole error is that from the converter codes on.  Both take over
-the model's decisions; frames for which float decides differently are counted separately.
+A stage's own error is what it adds to its inputs, against the same stage in float64; its whole error is that from the
+converter codes on.  Both take over the model's decisions; frames for which float decides differently are counted
+separately.
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from itertools import product
 from operator import add
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
-from tfra.model.arrays import Floats
-from tfra.study.signals.words import Observed, Word
+from tfra.model.arrays import Floats, Ints
+from tfra.model.fixed.numbers import round_shift, saturate, significant_bits
 
 Row = dict[str, Any]
 """Numbers by column."""
@@ -26,6 +29,54 @@ REFERENCES = ("codes", "inputs")
 
 _EXTREMES: Mapping[str, Callable[[Any, Any], Any]] = {"minimum": min, "maximum": max, "largest": max}
 """Columns that do not add up."""
+
+
+@dataclass(frozen=True)
+class Word:
+    """A signal's word: the field of ``Widths``, or the format, that its length comes from.
+
+    ``bound`` is the largest magnitude by proof; where ``proven`` is false, words are shifted to fill the format, or
+    limited to it, and the bound is the format's.
+    """
+
+    stage: str
+    name: str
+    bits: int
+    signed: bool
+    bound: float
+    proven: bool = True
+
+    @classmethod
+    def full(cls, stage: str, name: str, bits: int, signed: bool = True) -> "Word":
+        """A word that may have all values of its ``bits``."""
+        return cls(stage, name, bits, signed, float(2 ** (bits - 1) if signed else 2**bits - 1), proven=False)
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Values ``(n, …)`` of a signal; how many of them were ``rounded`` to another value, and how many ``saturated``.
+
+    ``rounded`` is ``None`` after a CORDIC, which rounds in every rotation.
+    """
+
+    values: Ints
+    rounded: int | None = 0
+    saturated: int = 0
+
+
+def cast(exact: Ints, shift: npt.ArrayLike, bits: int | None = None) -> Observed:
+    """``exact / 2^shift`` as words, limited to ``bits`` if given."""
+    shift = np.asarray(shift, dtype=np.int64)
+    lost = exact & ((np.int64(1) << np.clip(shift, 0, 62)) - 1)
+    wide = round_shift(exact, shift)
+    values = wide if bits is None else saturate(wide, bits)
+    return Observed(values, int(np.count_nonzero(lost)), int(np.count_nonzero(values != wide)))
+
+
+def filled(exact: Ints, axis: int | tuple[int, ...], bits: int) -> Observed:
+    """``exact`` words, those along ``axis`` shifted together to fill ``bits``."""
+    significant = significant_bits(exact, axis)
+    return cast(exact, np.expand_dims(significant, axis) - (bits - 1), bits)
 
 
 def total(parts: Iterable[Measures]) -> dict[str, dict[str, Row]]:

@@ -15,8 +15,8 @@ from tfra.model.fixed.tfra.pipeline import Stage, Trace, ordered
 from tfra.model.fixed.tfra.resultant import exact_resultant
 from tfra.model.fixed.widths import force_drop, scalar_fraction
 from tfra.model.tfra import COEFFICIENT_LIMIT
+from tfra.study.signals.measures import Observed, Word, cast, filled
 from tfra.study.signals.tfra.signals import stage_of
-from tfra.study.signals.words import Observed, Word, cast, filled
 
 OPERANDS = {"contact": "b", "residual": "n", "normal0": "e0", "normal1": "e1", "force": "d"}
 """The vector that each product multiplies."""

@@ -16,13 +16,21 @@ from tfra.model.fixed.butterfly import to_taxels
 from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.model.tfra import Status, Tfra
-from tfra.study.signals.measures import bits_needed, decision_table, range_of, range_table, stage_table, total
+from tfra.study.signals.measures import (
+    Observed,
+    bits_needed,
+    cast,
+    decision_table,
+    range_of,
+    range_table,
+    stage_table,
+    total,
+)
 from tfra.study.signals.tfra import observation
 from tfra.study.signals.tfra.instrument import Instrument
 from tfra.study.signals.tfra.observation import catalogue, observe
 from tfra.study.signals.tfra.reference import Decisions, Reference
 from tfra.study.signals.tfra.signals import only, stage_of
-from tfra.study.signals.words import Observed, cast
 
 NAMES = ("10×10, 4×2 mm, h 3 mm", "5×7, 3×3 mm, h 2 mm")
 DESIGNS = {name: make_design(SENSORS[name]) for name in NAMES}
