@@ -82,9 +82,15 @@ class Registers(wiring.Component):
                 self._writable(m, register, field, own)
             clear = values[field.clear] if field.clear else Const(0)
             if field.kind is Kind.COUNTER:
-                self._count(m, register, field, own, clear)
+                up = self._hardware(register, f"{field.name}_up")
+                m.d.sync += own.eq(own + up)
+                with m.If(clear):
+                    m.d.sync += own.eq(up)
             if field.kind is Kind.CAPTURED:
-                self._capture(m, register, field, own, clear)
+                with m.If(self._hardware(register, f"{field.name}_store")):
+                    m.d.sync += own.eq(self._hardware(register, field.name))
+                with m.Elif(clear):
+                    m.d.sync += own.eq(0)
         self._read(m, values)
         self._write_error(m)
         raised = [values[f"{r.name}.{f.name}"] & values[f.enable] for r, f in fields if f.enable]
@@ -121,18 +127,6 @@ class Registers(wiring.Component):
             if field.kind is Kind.PORT:
                 written = self._hardware(register, f"{field.name}_written")
                 m.d.sync += written.eq(here & strobe[lanes.start : lanes.stop].any())
-
-    def _count(self, m: Module, register: Register, field: Field, own: Value, clear: Value) -> None:
-        up = self._hardware(register, f"{field.name}_up")
-        m.d.sync += own.eq(own + up)
-        with m.If(clear):
-            m.d.sync += own.eq(up)
-
-    def _capture(self, m: Module, register: Register, field: Field, own: Value, clear: Value) -> None:
-        with m.If(self._hardware(register, f"{field.name}_store")):
-            m.d.sync += own.eq(self._hardware(register, field.name))
-        with m.Elif(clear):
-            m.d.sync += own.eq(0)
 
     def _read(self, m: Module, values: Mapping[str, Value]) -> None:
         """The answer in two steps: which register, and the constant one; then the word.

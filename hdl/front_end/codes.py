@@ -131,6 +131,10 @@ class Codes(wiring.Component):
         index = delayed(m, self.taxel.index, self.latency, "index")
         page = delayed(m, self.taxel.page, self.latency, "page")
         first = register(m, delayed(m, self.taxel.index, self.latency - 1) == 0, "first")
+        # the taxel of the last end of a repair; no other end comes before its code is written
+        target = Signal.like(self.term.target, reset_less=True)
+        with m.If(self.term.valid & self.term.end):
+            m.d.sync += target.eq(self.term.target)
         is_taxel = Signal()
         is_repair = Signal()
         size = Signal(len(code))
@@ -143,17 +147,10 @@ class Codes(wiring.Component):
             stored.code.eq(code),
             stored.small.eq(size < self.dead_band),
         ]
-        address = Mux(is_repair, Cat(self._target(m), self.page), Cat(index, page))
+        address = Mux(is_repair, Cat(target, self.page), Cat(index, page))
         memory.write(is_taxel | is_repair, address, stored)
         for number, reached in enumerate(self.reached):
             with m.If(is_taxel & (page == number)):
                 m.d.sync += reached.eq(reaches | (reached & ~first))
             with m.If(is_repair & (self.page == number)):
                 m.d.sync += reached.eq(reaches | reached)
-
-    def _target(self, m: Module) -> Value:
-        """The taxel of the last end of a repair; no other end comes before its code is written."""
-        target = Signal.like(self.term.target, reset_less=True)
-        with m.If(self.term.valid & self.term.end):
-            m.d.sync += target.eq(self.term.target)
-        return target

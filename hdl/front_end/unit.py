@@ -1,5 +1,6 @@
 """The front end: words of the converters become codes of the core."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value, signed
@@ -93,19 +94,9 @@ class FrontEnd(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        blocks = {
-            "intake": self._intake,
-            "means": self._means,
-            "history": self._history,
-            "calibrate": self._calibrate,
-            "codes": self._codes,
-            "repair": self._repair,
-            "faults": self._faults,
-            "reader": self._reader,
-        }
-        for name, block in blocks.items():
-            m.submodules[name] = block
-            self._connect_settings(m, block)
+        for name in ("intake", "means", "history", "calibrate", "codes", "repair", "faults", "reader"):
+            m.submodules[name] = block = getattr(self, f"_{name}")
+            _connect(m, self.settings, block, SETTINGS.members.keys() & block.signature.members.keys())
         completes, turn = self._ends(m)
         busy = occupancy(m, PAGES, self._means.completes, self._reader.done)
         self._receive(m, busy, turn)
@@ -114,11 +105,6 @@ class FrontEnd(wiring.Component):
         self._send(m, completes)
         self._report(m, completes)
         return m
-
-    def _connect_settings(self, m: Module, block: Any) -> None:
-        """Connect the settings to the block's ports of the same names."""
-        names = SETTINGS.members.keys() & block.signature.members.keys()
-        m.d.comb += [getattr(block, name).eq(getattr(self.settings, name)) for name in names]
 
     def _ends(self, m: Module) -> tuple[Value, Value]:
         """Pulses when all faults of a frame are known: it completes one for the core; it completes a tare."""
@@ -131,9 +117,8 @@ class FrontEnd(wiring.Component):
         """Taxels enter while there is a page for their frame; means tell which frames belong together."""
         intake, means, reader = self._intake, self._means, self._reader
         connect(m, flipped(self.i), intake.i)
+        _connect(m, self, intake, ("time", "skip"))
         m.d.comb += [
-            intake.time.eq(self.time),
-            intake.skip.eq(self.skip),
             intake.can_begin.eq(~busy[-1] & ~means.settling),
             intake.stall.eq(reader.repair & ~self._repair.repaired),
             means.tare.eq(self.tare),
@@ -148,11 +133,8 @@ class FrontEnd(wiring.Component):
         """A taxel's sum over the frames of a mean becomes its deviation, with its gain."""
         history, intake = self._history, self._intake
         connect(m, flipped(self.tables), self._calibrate.software)
+        _connect(m, intake, history, ("entered", "index", "word", "good"))
         m.d.comb += [
-            history.entered.eq(intake.entered),
-            history.index.eq(intake.index),
-            history.word.eq(intake.word),
-            history.good.eq(intake.good),
             history.part.eq(self._means.part),
             self._calibrate.i.eq(history.o),
             self._calibrate.turn.eq(turn),
@@ -222,6 +204,7 @@ class FrontEnd(wiring.Component):
         """Faults of a frame when its last taxel is calibrated; events of the intake at once."""
         faults, intake, calibrate = self._faults, self._intake, self._calibrate
         tares = intake.good & self._means.part.tares
+        _connect(m, faults, self, ("faulty", "faulty_store"))
         m.d.comb += [
             faults.taxel.eq(calibrate.o.valid),
             faults.index.eq(calibrate.o.index),
@@ -231,8 +214,6 @@ class FrontEnd(wiring.Component):
             faults.gap.eq(delayed(m, intake.gap, _CALIBRATED, "gap", control=True)),
             faults.completes.eq(completes),
             faults.tares.eq(delayed(m, tares, _COMPLETE, "tares")),
-            self.faulty.eq(faults.faulty),
-            self.faulty_store.eq(faults.faulty_store),
             self.events.accepted.eq(register(m, intake.good, "accepted", control=True)),
             self.events.dropped.eq(intake.short | intake.long | intake.late),
             self.events.short_frame.eq(intake.short),
@@ -243,3 +224,8 @@ class FrontEnd(wiring.Component):
             self.events.stuck.eq(faults.events.stuck),
             self.events.out_of_range.eq(faults.events.out_of_range),
         ]
+
+
+def _connect(m: Module, source: Any, target: Any, names: Iterable[str]) -> None:
+    """Connect ports that have the same names on either side."""
+    m.d.comb += [getattr(target, name).eq(getattr(source, name)) for name in names]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from amaranth import Array, Cat, ClockSignal, Const, Elaboratable, Instance, Module, Signal, Value, signed
 
+from tfra.hdl.lib.pipeline import delayed
 from tfra.model.arrays import Ints
 
 _FACTOR_BITS = 18
@@ -83,7 +84,9 @@ class _Rom:
         found: list[list[Value]] = [[] for _ in images]
         for start in range(0, images.shape[1], size):
             part = images[:, start : start + size]
-            for group in _groups(part, size):
+            numbers = list(range(len(part)))
+            # images that need half of a memory or less share one
+            for group in [numbers] if 2 * part.shape[1] <= size else [[number] for number in numbers]:
                 writes = self._writes([first + number for number in group], start // size, size)
                 data = None if self.data is None else Cat(self.data, Const(0, bits))[low : low + bits]
                 memory = self._block(part[group] >> low, bits, writes, data)
@@ -92,7 +95,8 @@ class _Rom:
                     found[number].append(word)
         if len(found[0]) == 1:
             return [words[0] for words in found]
-        block = self._delayed(self.address[(size - 1).bit_length() :])
+        with self.m.If(self.enable):
+            block = delayed(self.m, self.address[(size - 1).bit_length() :], 2, "block")  # at the time of its words
         return [Array(words)[block] for words in found]
 
     def _writes(self, numbers: list[int], block: int, size: int) -> list[Value]:
@@ -112,15 +116,6 @@ class _Rom:
         place = self.address[: (size // len(images) - 1).bit_length()]
         return Words(content.tolist(), bits, [(place | start) for start in starts], self.enable, writes, data)
 
-    def _delayed(self, block: Value) -> Value:
-        """``block`` at the time of its words."""
-        for _ in range(2):
-            later = Signal(block.shape(), name="block", reset_less=True)
-            with self.m.If(self.enable):
-                self.m.d.sync += later.eq(block)
-            block = later
-        return block
-
 
 def _slices(bits: int, depth: int) -> Iterator[tuple[int, int]]:
     """Lowest bit and length of the memories' words that make up one of ``bits``.
@@ -135,12 +130,6 @@ def _slices(bits: int, depth: int) -> Iterator[tuple[int, int]]:
         length = min((length for length in lengths if length >= bits - low), default=max(lengths))
         yield low, length
         low += length
-
-
-def _groups(images: Ints, size: int) -> list[list[int]]:
-    """Images that share a memory of ``size`` words."""
-    numbers = list(range(len(images)))
-    return [numbers] if 2 * images.shape[1] <= size else [[number] for number in numbers]
 
 
 class Product(Elaboratable):

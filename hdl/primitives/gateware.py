@@ -66,17 +66,14 @@ class Multiplier(wiring.Component):
         m = Module()
         if self._cells:
             m.d.comb += self.product.eq(self._cells(m, self.a, self.b, self.enable))
-        else:
-            self._registers(m)
-        return m
-
-    def _registers(self, m: Module) -> None:
+            return m
         a = Signal.like(self.a, reset_less=True)
         b = Signal.like(self.b, reset_less=True)
         product = Signal.like(self.product, reset_less=True)
         m.d.comb += self.product.eq(product)
         with m.If(self.enable):
             m.d.sync += [a.eq(self.a), b.eq(self.b), product.eq(a * b)]
+        return m
 
 
 class Rom(wiring.Component):
@@ -150,11 +147,7 @@ class Store(wiring.Component):
         m = Module()
         if self._cells:
             m.d.comb += self.data.eq(self._cells(m, self._bits, self.address, self.write, self.write_data))
-        else:
-            self._wire_memory(m)
-        return m
-
-    def _wire_memory(self, m: Module) -> None:
+            return m
         m.submodules.memory = memory = Memory(shape=unsigned(self._bits), depth=self._depth, init=[])
         read, write = memory.read_port(), memory.write_port()
         m.d.comb += [
@@ -165,3 +158,4 @@ class Store(wiring.Component):
             write.data.eq(self.write_data),
             write.en.eq(self.write),
         ]
+        return m

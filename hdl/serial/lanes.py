@@ -36,23 +36,21 @@ class Lanes(wiring.Component):
     def __init__(self, sizes: Sizes, lengths: Sequence[int], operands: int, depth: int, target: str) -> None:
         self._sizes, self._lengths, self._depth, self._target = sizes, lengths, depth, target
         self._operands = 1 << max(1, (operands - 1).bit_length())
-        super().__init__(
-            {
-                "start": In(1),  # begin a group
-                "address": In(range(self._operands)),  # of the group's first operand
-                "next": In(1),  # shift out the next lane's sum
-                "sum": Out(signed(sizes.accumulator)),  # of the lanes in their order
-                "set_pointer": In(1),  # ``pointer`` is the address of the next coefficients
-                "pointer": In(range(depth)),
-                "load": In(1),  # write ``word`` to the store, at the coefficients' address, which increments
-                "word": In(sizes.lanes * sizes.coefficient),  # a coefficient of every lane
-                "write": In(1),  # write an operand
-                "write_address": In(range(self._operands)),  # of that operand
-                "write_data": In(signed(sizes.operand)),
-            }
+        super().__init__({
+            "start": In(1),  # begin a group
+            "address": In(range(self._operands)),  # of the group's first operand
+            "next": In(1),  # shift out the next lane's sum
+            "sum": Out(signed(sizes.accumulator)),  # of the lanes in their order
+            "set_pointer": In(1),  # ``pointer`` is the address of the next coefficients
+            "pointer": In(range(depth)),
+            "load": In(1),  # write ``word`` to the store, at the coefficients' address, which increments
+            "word": In(sizes.lanes * sizes.coefficient),  # a coefficient of every lane
+            "write": In(1),  # write an operand
+            "write_address": In(range(self._operands)),  # of that operand
+            "write_data": In(signed(sizes.operand)),
             # which of ``lengths`` is the number of the group's products
-            | ({"length": In(range(len(lengths)))} if len(lengths) > 1 else {})
-        )
+            **({"length": In(range(len(lengths)))} if len(lengths) > 1 else {}),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -3,19 +3,8 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from tfra.hdl.serial.isa import (
-    ADDRESS_BITS,
-    NO_POINTER,
-    NO_RESULT,
-    REGISTERS,
-    Dest,
-    Instruction,
-    Left,
-    Op,
-    Post,
-    Src,
-    When,
-)
+from tfra.hdl.serial import isa
+from tfra.hdl.serial.isa import Dest, Instruction, Left, Op, Post, Src, When
 from tfra.hdl.serial.program.interpreter import Interpreter, Step
 from tfra.hdl.serial.serial import Serial
 from tfra.model.arrays import Ints
@@ -93,7 +82,7 @@ def disassemble(instruction: Instruction, names: Names | None = None) -> str:
         parts[0] += f" if {_CONDITIONS[i.when]}"
     if i.flag and i.written != Dest.NONE:
         parts.append(f"F{i.flag - 1} = sign")
-    if i.post and i.pointer != NO_POINTER:
+    if i.post and i.pointer != isa.NO_POINTER:
         parts.append(_MOVES[i.post].format(pointer=f"P{i.pointer}", by=i.immediate))
     if i.end:
         parts.append("end of loop")
@@ -119,7 +108,7 @@ def _action(i: Instruction, names: Names) -> str:
         return f"CALL {i.immediate}"
     address = _address(i, names)
     into = destination(i, address)
-    if i.op not in NO_RESULT and not into:
+    if i.op not in isa.NO_RESULT and not into:
         return ""
     form = _ACTIONS[i.op]
     if i.op == Op.ADD and i.source == Src.NOTHING:
@@ -128,7 +117,7 @@ def _action(i: Instruction, names: Names) -> str:
         form = "{source}"
     left, source = _operand(Left, i.left), _source(i, address)
     text = form.format(left=left, source=source, address=address, times=i.immediate + 1, target=i.immediate)
-    if i.op in NO_RESULT or i.op == Op.DIV:
+    if i.op in isa.NO_RESULT or i.op == Op.DIV:
         return text
     return f"{into} = {text}" + (" < 0" if i.written == Dest.NONE else "")
 
@@ -137,19 +126,19 @@ def _source(i: Instruction, address: str) -> str:
     if i.source == Src.M:
         return f"m[{address}]"
     if i.source == Src.IMM:
-        half = 1 << (ADDRESS_BITS - 1)
+        half = 1 << (isa.ADDRESS_BITS - 1)
         return str((i.immediate + half) % (2 * half) - half)
     return _operand(Src, i.source)
 
 
 def _address(i: Instruction, names: Names) -> str:
-    if i.pointer == NO_POINTER:
+    if i.pointer == isa.NO_POINTER:
         return names.get(i.immediate, str(i.immediate))
     return f"P{i.pointer} + {i.immediate}" if i.immediate else f"P{i.pointer}"
 
 
 def _operand(kind: type[Left] | type[Src] | type[Dest], number: int) -> str:
-    if kind.R0 <= number < kind.R0 + REGISTERS:
+    if kind.R0 <= number < kind.R0 + isa.REGISTERS:
         return f"R{number - kind.R0}"
     name = kind(number).name
     return _OPERANDS.get(name, name)

@@ -5,23 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from tfra.hdl.serial.isa import (
-    ADDRESS_BITS,
-    MAC_DELAY,
-    MUL_DELAY,
-    NO_POINTER,
-    NO_RESULT,
-    POINTERS,
-    REGISTERS,
-    SETTLE,
-    STORED,
-    Dest,
-    Instruction,
-    Left,
-    Op,
-    Post,
-    Src,
-)
+from tfra.hdl.serial import isa
+from tfra.hdl.serial.isa import Dest, Instruction, Left, Op, Post, Src
 from tfra.hdl.serial.sizes import Sizes
 
 _SUMS: dict[Op, Callable[[int, int], int]] = {
@@ -34,6 +19,17 @@ _SUMS: dict[Op, Callable[[int, int], int]] = {
     Op.AND: lambda left, source: left & source,
 }
 """Operations whose result follows from both operands."""
+
+
+_SOURCES: dict[int, Callable[["Interpreter", Instruction], int]] = {
+    Src.FLOOR: lambda machine, _: machine.t >> 1,
+    Src.IMM: lambda _, i: wrap(i.immediate, isa.ADDRESS_BITS),
+    Src.PRODUCT: lambda machine, _: machine.product,
+    Src.SUM: lambda machine, _: machine.sums.pop(0),
+    Src.K: lambda machine, _: machine.k,
+    Src.NOTHING: lambda *_: 0,
+}
+"""Operands that are neither in memory, nor in a data register, nor a word of a stream or flag."""
 
 
 class Hazard(Exception):
@@ -79,8 +75,8 @@ class Interpreter:
     pc: int = 0
     link: int = 0
     loops: list[list[int]] = field(default_factory=list)  # first instruction, remaining iterations
-    registers: list[int] = field(default_factory=lambda: [0] * REGISTERS)
-    pointers: list[int] = field(default_factory=lambda: [0] * (POINTERS + 1))
+    registers: list[int] = field(default_factory=lambda: [0] * isa.REGISTERS)
+    pointers: list[int] = field(default_factory=lambda: [0] * (isa.POINTERS + 1))
     flags: list[bool] = field(default_factory=lambda: [False, False])
     limited: int = 0
     t: int = 0
@@ -141,39 +137,29 @@ class Interpreter:
         return None
 
     def _address(self, i: Instruction) -> int:
-        if i.dest != Dest.P and self.cycle - self.pointer_written.get(i.pointer, -SETTLE) < SETTLE:
+        if i.dest != Dest.P and self.cycle - self.pointer_written.get(i.pointer, -isa.SETTLE) < isa.SETTLE:
             raise Hazard(f"instruction {self.pc}: pointer {i.pointer} is used too early")
-        address = (self.pointers[i.pointer] + i.immediate) % (1 << ADDRESS_BITS)
-        if i.pointer != NO_POINTER:
+        address = (self.pointers[i.pointer] + i.immediate) % (1 << isa.ADDRESS_BITS)
+        if i.pointer != isa.NO_POINTER:
             step = {Post.KEEP: 0, Post.UP: 1, Post.DOWN: -1}
             new = address if i.post == Post.MOVE else self.pointers[i.pointer] + step[i.post]
-            self.pointers[i.pointer] = new % (1 << ADDRESS_BITS)
+            self.pointers[i.pointer] = new % (1 << isa.ADDRESS_BITS)
         return address
 
     def _source(self, i: Instruction, address: int, taxels: Iterator[int]) -> int:
         s = i.source
-        if Src.R0 <= s < Src.R0 + REGISTERS:
+        if Src.R0 <= s < Src.R0 + isa.REGISTERS:
             return self.registers[s - Src.R0]
         if s == Src.M:
-            if self.cycle - self.word_written.get(address, -STORED) < STORED:
+            if self.cycle - self.word_written.get(address, -isa.STORED) < isa.STORED:
                 raise Hazard(f"instruction {self.pc}: word {address} is read too early")
             return self.memory[address]
-        if s == Src.FLOOR:
-            return self.t >> 1
-        if s == Src.IMM:
-            return wrap(i.immediate, ADDRESS_BITS)
-        if s == Src.PRODUCT:
-            return self.product
-        if s == Src.SUM:
-            return self.sums.pop(0)
         if s == Src.IN:
             return next(taxels)
-        if s == Src.K:
-            return self.k
         if s == Src.LIMITED:
             value, self.limited = self.limited, 0
             return value
-        return 0
+        return _SOURCES[s](self, i)
 
     def _execute(self, i: Instruction, taxels: Iterator[int]) -> tuple[int, int | None]:
         """Address of an instruction, and the value it writes."""
@@ -198,7 +184,7 @@ class Interpreter:
             self._multiply(source)
         elif i.op == Op.MAC:
             self._mac(address, self.lengths[i.left])
-        if i.op in NO_RESULT:
+        if i.op in isa.NO_RESULT:
             return address, None
         result = self._result(i, self._left(i), source)
         return address, None if result is None else self._deliver(i, address, result)
@@ -211,7 +197,7 @@ class Interpreter:
         bits = self.sizes.multiplicand
         if wrap(source, bits) != source:
             raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
-        self.coming_products.append((self.cycle + MUL_DELAY, wrap(source * self.y, self.sizes.word)))
+        self.coming_products.append((self.cycle + isa.MUL_DELAY, wrap(source * self.y, self.sizes.word)))
 
     def _left(self, i: Instruction) -> int:
         if i.left == Left.ZERO:
@@ -252,7 +238,7 @@ class Interpreter:
         operands = [wrap(self.memory[address + j], self.sizes.operand) for j in range(products)]
         rows = [self.store[self.sp + j] for j in range(products)]
         sums = [sum(o * row[lane] for o, row in zip(operands, rows, strict=True)) for lane in range(self.sizes.lanes)]
-        self.coming_sums.append((self.cycle + products + MAC_DELAY, sums))
+        self.coming_sums.append((self.cycle + products + isa.MAC_DELAY, sums))
         self.sp += products
 
     def _deliver(self, i: Instruction, address: int, result: int) -> int:
@@ -261,10 +247,10 @@ class Interpreter:
             self.flags[i.flag - 1] = result < 0
         if i.dest == Dest.M:
             self.memory[address], self.word_written[address] = result, self.cycle
-        elif Dest.R0 <= i.dest < Dest.R0 + REGISTERS:
+        elif Dest.R0 <= i.dest < Dest.R0 + isa.REGISTERS:
             self.registers[i.dest - Dest.R0] = result
         elif i.dest == Dest.P:
-            result %= 1 << ADDRESS_BITS
+            result %= 1 << isa.ADDRESS_BITS
             self.pointers[i.pointer], self.pointer_written[i.pointer] = result, self.cycle
         elif i.dest == Dest.Y:
             self.y = result = wrap(result, self.sizes.multiplier)

@@ -1,28 +1,14 @@
 """Matrix-vector products: operands of the lanes, and the program that runs in parallel with them."""
 
-from tfra.hdl.serial.isa import (
-    MAC_DELAY,
-    NOTHING,
-    R0,
-    R1,
-    SUM,
-    Dest,
-    Instruction,
-    Op,
-    Operand,
-    Post,
-    T,
-    imm,
-    mem,
-    pointer,
-)
+from tfra.hdl.serial import isa
+from tfra.hdl.serial.isa import NOTHING, R0, R1, SUM, Dest, Op, Post, T, imm, mem
 from tfra.hdl.serial.program.memory import bases, length, lengths, operator_of
 from tfra.hdl.serial.program.routines import Writer
 
 # Operands
 
 
-def operand(w: Writer, vector: int, quads: int, words: int, significant: Operand) -> None:
+def operand(w: Writer, vector: int, quads: int, words: int, significant: isa.Operand) -> None:
     """Each parity of a ``vector`` of ``quads`` as multiplier ``words``, and the four numbers of ``significant`` bits.
 
     Changes R0, R1, T, SH and pointers 0 to 3.
@@ -49,7 +35,7 @@ def normalise_parities(w: Writer, quads: int) -> None:
 # Products
 
 
-def product(w: Writer, name: str, words: int, significant: Operand, stride: int, wanted: int = 4) -> None:
+def product(w: Writer, name: str, words: int, significant: isa.Operand, stride: int, wanted: int = 4) -> None:
     """Results of operator ``name`` for the operand ``words``, written from pointer 2 on, ``stride`` words for a parity.
 
     The ``wanted`` parities are the first ones: those after them are not computed.
@@ -85,11 +71,11 @@ def parities(w: Writer, quads: int, products: int, wanted: int) -> None:
     the turns, and the next parity's pointers are set while that group runs.
     """
     a, lanes = w.assembler, w.sizes.lanes
-    groups, late = -(-quads // lanes), products + MAC_DELAY
+    groups, late = -(-quads // lanes), products + isa.MAC_DELAY
     store = 2 * lanes
-    read = min(MAC_DELAY, late - store + 1)
+    read = min(isa.MAC_DELAY, late - store + 1)
     turn = max(products, late - read, read + store)
-    start = Instruction(Op.MAC, left=lengths(w.design).index(products), pointer=0)
+    start = isa.Instruction(Op.MAC, left=lengths(w.design).index(products), pointer=0)
     _next_parity(w)
     with a.loop(wanted):
         a.sub(Dest.SH, R1, mem(0, 1))
@@ -115,7 +101,7 @@ def _next_parity(w: Writer) -> None:
     """Pointers 0 and 1, at the operand and at its number of bits, from the table at pointer 5."""
     for number in range(2):
         w.assembler.move(R0, mem(0, 5, Post.UP))
-        w.assembler.move(pointer(number), R0)
+        w.assembler.move(isa.pointer(number), R0)
 
 
 def _store_sums(w: Writer) -> None:

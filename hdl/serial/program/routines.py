@@ -7,26 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Concatenate, ParamSpec, Self
 
-from tfra.hdl.serial.isa import (
-    FLOOR,
-    MUL_DELAY,
-    NOTHING,
-    PRODUCT,
-    R0,
-    R1,
-    R5,
-    ZERO,
-    Dest,
-    K,
-    Op,
-    Operand,
-    Src,
-    T,
-    When,
-    imm,
-    mem,
-    pointer,
-)
+from tfra.hdl.serial import isa
+from tfra.hdl.serial.isa import FLOOR, NOTHING, PRODUCT, R0, R1, R5, ZERO, Dest, K, Op, Operand, Src, T, When, imm, mem
 from tfra.hdl.serial.program.assembler import Assembler
 from tfra.hdl.serial.program.memory import MemoryMap
 from tfra.hdl.serial.sizes import Sizes
@@ -75,7 +57,7 @@ class Writer:
     def points(self, **values: int) -> None:
         """p0=..., p1=...: set pointers to addresses."""
         for name, value in values.items():
-            self.assembler.move(pointer(int(name[1:])), self.address(value))
+            self.assembler.move(isa.pointer(int(name[1:])), self.address(value))
 
     def axes(self, name: str) -> list[Operand]:
         """The three words called ``name``: x, y and z of a force."""
@@ -108,7 +90,7 @@ class Writer:
         """Each register of ``pairs`` = its source * Y, for up to three of them."""
         for _, source in pairs:
             self.assembler.act(Op.MUL, source)
-        self.assembler.nop(MUL_DELAY - len(pairs))
+        self.assembler.nop(isa.MUL_DELAY - len(pairs))
         for register, _ in pairs:
             self.assembler.move(register, PRODUCT)
 

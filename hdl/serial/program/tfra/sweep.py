@@ -9,28 +9,8 @@ slope   what its increase from candidate to candidate changes by
 ======  ==============================================================================
 """
 
-from tfra.hdl.serial.isa import (
-    FLOOR,
-    NOTHING,
-    PRODUCT,
-    R0,
-    R1,
-    R2,
-    R3,
-    R4,
-    R5,
-    ZERO,
-    Dest,
-    Instruction,
-    K,
-    Op,
-    Operand,
-    Post,
-    When,
-    imm,
-    mem,
-    pointer,
-)
+from tfra.hdl.serial import isa
+from tfra.hdl.serial.isa import FLOOR, NOTHING, PRODUCT, R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.butterfly import butterfly, butterfly_of_difference, each_quad, mirrors, quad
 from tfra.hdl.serial.program.tfra.memory import TfraWriter, sweep_bits
 from tfra.model.fixed.tfra.sweep import tolerance
@@ -118,7 +98,7 @@ def choose(w: TfraWriter) -> None:
     a, (z_sums, _, xy_sums, _), allowed = w.assembler, w.map.tables, tolerance(w.design)
     if allowed.any():
         a.move(R0, w.at("exponent"))
-        a.move(pointer(1), R0)
+        a.move(isa.pointer(1), R0)
         a.nop()
         a.add(R5, R5, mem(w.map.constants(*allowed.tolist()), 1))
     a.move(R0, R5)
@@ -163,10 +143,10 @@ def _enter_taxel(w: TfraWriter) -> None:
     a.add(R0, R0, imm(-1), When.F0)
     _divide(w, R0, dividend_of_xy)
     a.add(R0, R0, imm(1), When.F0)
-    a.move(pointer(1), K)
+    a.move(isa.pointer(1), isa.K)
     _divide(w, R4, entry_of_z)
     a.add(R4, R4, imm(1), When.NOT_F0)
-    a.move(pointer(1), K)
+    a.move(isa.pointer(1), isa.K)
     _fetch_taxel(w)
     a.add(mem(xy_slope, 1), R2, mem(xy_slope, 1))
     a.add(mem(xy_height, 1), R4, mem(xy_height, 1))
@@ -195,7 +175,7 @@ def _entry_of_z(w: TfraWriter) -> None:
     a.add(w.at("b_xy_slope"), R2, w.at("b_xy_slope"), When.NOT_F0)
 
 
-def _divide(w: TfraWriter, word: Operand, pauses: list[Instruction]) -> None:
+def _divide(w: TfraWriter, word: isa.Operand, pauses: list[isa.Instruction]) -> None:
     """K = word / R2, word = the remainder; one of ``pauses`` after every step, and the rest of them at the end."""
     a, steps = w.assembler, sweep_bits(w.design)
     a.act(Op.SHIFT, R2)
