@@ -91,8 +91,7 @@ class Registers(wiring.Component):
                     m.d.sync += own.eq(self._hardware(register, field.name))
                 with m.Elif(clear):
                     m.d.sync += own.eq(0)
-        self._read(m, values)
-        self._write_error(m)
+        self._answer(m, values)
         raised = [values[f"{r.name}.{f.name}"] & values[f.enable] for r, f in fields if f.enable]
         m.d.sync += self.interrupt.eq(Cat(raised).any())
         return m
@@ -128,8 +127,8 @@ class Registers(wiring.Component):
                 written = self._hardware(register, f"{field.name}_written")
                 m.d.sync += written.eq(here & strobe[lanes.start : lanes.stop].any())
 
-    def _read(self, m: Module, values: Mapping[str, Value]) -> None:
-        """The answer in two steps: which register, and the constant one; then the word.
+    def _answer(self, m: Module, values: Mapping[str, Value]) -> None:
+        """A read is answered in two steps: which register, and the constant one; then the word.
 
         One step would take a third more lookup tables, since mappers then decode the address for every bit.
         """
@@ -145,6 +144,10 @@ class Registers(wiring.Component):
         wrong = pipeline.register(m, ~self._is_one_of(number, words), "wrong")
         with m.If(pipeline.register(m, self._port.read, "read", control=True)):
             m.d.sync += [answer.eq(reduce(or_, parts)), error.eq(wrong)]
+        write_error = pipeline.driver(m, self._port.write_error)
+        writable = [register.address >> _WORD for register in self._map.registers if register.writable]
+        with m.If(self._port.write):
+            m.d.sync += write_error.eq(~self._is_one_of(number, writable))
 
     @staticmethod
     def _word(register: Register, values: Mapping[str, Value]) -> Value:
@@ -157,12 +160,6 @@ class Registers(wiring.Component):
             readable = field.kind.readable
             parts.append(values[f"{register.name}.{field.name}"] if readable else Const(0, field.bits))
         return Cat(parts, Const(0, BITS - len(Cat(parts))))
-
-    def _write_error(self, m: Module) -> None:
-        error = pipeline.driver(m, self._port.write_error)
-        writable = [register.address >> _WORD for register in self._map.registers if register.writable]
-        with m.If(self._port.write):
-            m.d.sync += error.eq(~self._is_one_of(self._port.address[_WORD:], writable))
 
     @staticmethod
     def _is_one_of(number: Value, numbers: Collection[int]) -> Value:

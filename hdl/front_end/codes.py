@@ -67,6 +67,7 @@ class Codes(wiring.Component):
     def __init__(self, design: Design) -> None:
         self._design = design
         taxels, bits = design.sensor.taxels, design.adc.bits
+        self._point = PRODUCT_POINT - bits  # bits of a product below the point of a code
         super().__init__({
             "taxel": In(product_slot(taxels)),
             "term": In(term_slot(taxels)),
@@ -103,11 +104,6 @@ class Codes(wiring.Component):
             multiplier.b.eq(Mux(is_term, word, self.taxel.gain)),
         ]
         return multiplier.product, is_term
-
-    @property
-    def _point(self) -> int:
-        """Bits of a product below the point of a code."""
-        return PRODUCT_POINT - self._design.adc.bits
 
     def _accumulate(self, m: Module, product: Value, is_term: Value) -> Value:
         """The sum of a repair's products, or a taxel's product, and a half, which rounds."""

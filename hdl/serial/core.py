@@ -51,8 +51,7 @@ class SerialCore(wiring.Component):
         self._wire_streams(m, loading)
         self._wire_sequencer(m, sequencer)
         self._wire_memory(m, sequencer, lanes)
-        self._wire_product(m, product)
-        self._wire_lanes(m, lanes)
+        self._wire_products(m, product, lanes)
         return m
 
     def _load(self, m: Module, lanes: Lanes) -> Signal:
@@ -120,19 +119,14 @@ class SerialCore(wiring.Component):
         with m.If(path.advance):
             m.d.sync += write.addr.eq(path.executing.address)
 
-    def _wire_product(self, m: Module, product: Product) -> None:
-        path = self.datapath
+    def _wire_products(self, m: Module, product: Product, lanes: Lanes) -> None:
+        path, i = self.datapath, self.datapath.executing.instruction
         m.d.comb += [
             product.a.eq(path.source),
             product.b.eq(path.y),
-            product.start.eq(path.executing.instruction.op == Op.MUL),
+            product.start.eq(i.op == Op.MUL),
             product.enable.eq(path.advance),
             path.last_product.eq(product.o),
-        ]
-
-    def _wire_lanes(self, m: Module, lanes: Lanes) -> None:
-        path, i = self.datapath, self.datapath.executing.instruction
-        m.d.comb += [
             lanes.start.eq(path.acts & (i.op == Op.MAC)),
             lanes.address.eq(path.executing.address),
             lanes.next.eq(path.advance & path.fetching.valid & (path.fetching.instruction.source == Src.SUM)),

@@ -221,11 +221,6 @@ class Operand:
     post: Post = Post.KEEP
     immediate: int = 0
 
-    @property
-    def addressed(self) -> bool:
-        """Whether the operand uses the address field."""
-        return self.source in (Src.M, Src.IMM) or self.pointer != NO_POINTER
-
 
 R0, R1, R2, R3, R4, R5 = (Operand(Src.R0 + i) for i in range(REGISTERS))
 FLOOR, PRODUCT, SUM, IN, K, LIMITED, NOTHING = (

@@ -19,8 +19,6 @@ FRAMED = data.StructLayout({"byte": BYTE, "last": 1})
 class Decoder(wiring.Component):
     """Take the escapes out of a line's bytes."""
 
-    latency = 0
-
     def __init__(self) -> None:
         super().__init__({
             "i": In(always_ready_stream(BYTE)),  # bytes of the line
@@ -55,8 +53,6 @@ class Encoder(wiring.Component):
 
     The END before a frame separates it from what was on the line before; receivers ignore empty frames.
     """
-
-    latency = 0
 
     def __init__(self) -> None:
         super().__init__({

@@ -198,8 +198,9 @@ def _address(dest: Operand | Dest, source: Operand) -> tuple[int, Post, int]:
 
     A pointer that takes a constant has both: its own number and the constant's immediate.
     """
-    operands = [o for o in (dest, source) if isinstance(o, Operand) and o.addressed]
-    addresses = {(o.pointer, o.post, o.immediate) for o in operands}
+    operands = [each for each in (dest, source) if isinstance(each, Operand)]
+    addressed = [o for o in operands if o.source in (Src.M, Src.IMM) or o.pointer != NO_POINTER]
+    addresses = {(o.pointer, o.post, o.immediate) for o in addressed}
     if len(addresses) < 2:
         return addresses.pop() if addresses else (NO_POINTER, Post.KEEP, 0)
     if isinstance(dest, Operand) and dest.source == Dest.P and source.source == Src.IMM:

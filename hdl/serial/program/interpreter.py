@@ -99,12 +99,6 @@ class Interpreter:
     allowed: set[tuple[int | None, int]] = field(default_factory=set)
     lanes_free: int = 0
 
-    def run(self, taxels: Iterator[int]) -> Iterator[tuple[int, bool]]:
-        """Execute until ``taxels`` end; yields the result stream: words, and whether each is the last of its frame."""
-        for step in self.steps(taxels):
-            if step.value is not None and step.instruction.written in (Dest.OUT, Dest.LAST):
-                yield step.value, step.instruction.dest == Dest.LAST
-
     def steps(self, taxels: Iterator[int]) -> Iterator[Step]:
         """Execute until ``taxels`` end; yields every instruction, after it was executed."""
         target: int | None = None

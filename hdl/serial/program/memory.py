@@ -22,15 +22,15 @@ class MemoryMap:
         self.contents: dict[int, int] = {}
         self._constants: dict[tuple[int, ...], int] = {}
         self._scalars: dict[str, int] = {}
-        self._end = 0
+        self.end = 0  # words reserved so far
 
     def reserve(self, words: int) -> int:
         """Address of ``words`` words reserved for the caller.
 
         Raises ``ValueError`` when the memory is full.
         """
-        start, self._end = self._end, self._end + words
-        if self._end > 1 << ADDRESS_BITS:
+        start, self.end = self.end, self.end + words
+        if self.end > 1 << ADDRESS_BITS:
             raise ValueError(f"architecture.kind: the serial core holds {1 << ADDRESS_BITS} words, more are needed")
         return start
 
@@ -48,11 +48,6 @@ class MemoryMap:
         return self._constants[values]
 
     @property
-    def end(self) -> int:
-        """Words reserved so far."""
-        return self._end
-
-    @property
     def names(self) -> dict[int, str]:
         """Names of single words, by address; a constant's is its value after ``#``."""
         scalars = sorted((address, name) for name, address in self._scalars.items())
@@ -61,7 +56,7 @@ class MemoryMap:
     @property
     def words(self) -> list[int]:
         """Initial contents of the memory."""
-        return [self.contents.get(address, 0) for address in range(self._end)]
+        return [self.contents.get(address, 0) for address in range(self.end)]
 
 
 def operators(design: Design) -> list[Operator]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from tests.model.fixed.learned.cases import codes_of
 from tfra.hdl.cores import program
+from tfra.hdl.serial.isa import Dest
 from tfra.hdl.serial.program.interpreter import Interpreter
 from tfra.hdl.serial.program.memory import store_image
 from tfra.model.arrays import Ints
@@ -23,10 +24,10 @@ def interpret(design: Design, codes: Ints, store: Ints | None = None) -> tuple[I
     image = store_image(design) if store is None else store
     machine = Interpreter(code.sizes, code.lengths, code.instructions, list(code.memory), image.tolist())
     words, ends = [], []
-    for value, last in machine.run(iter(codes.ravel().tolist())):
-        words.append(value)
-        if last:
-            ends.append(machine.cycle)
+    for step in machine.steps(iter(codes.ravel().tolist())):
+        if step.value is not None and step.instruction.written in (Dest.OUT, Dest.LAST):
+            words.append(step.value)
+            ends += [step.cycle] * (step.instruction.dest == Dest.LAST)
     return np.array(words).reshape(len(codes), -1), np.array(ends)
 
 
