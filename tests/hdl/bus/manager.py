@@ -86,7 +86,7 @@ def rules(bus: Any) -> Process:
 def simulated(dut: Any, *processes: Process, background: Sequence[Process] = (), check: Any = None) -> None:
     """Run ``processes`` until all of them have ended, under the :func:`rules` of the bus ``check`` if there is one."""
     simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
+    simulator.add_clock(1e-6, if_exists=True)
     for process in processes:
         simulator.add_testbench(process)
     for process in (*background, *([] if check is None else [rules(check)])):

@@ -65,13 +65,12 @@ class Side:
                 assert self._ctx.get(self._port(path)) == self._model.values[path], path
         assert self._ctx.get(self._dut.interrupt) == self._model.interrupt
 
-    async def count(self, ctx: Any, seen: dict[str, int]) -> None:
-        """Count the cycles in which a bit of each pulse is high; a background process."""
-        ports = {p: self._port(p, "_written" * (self._model.fields[p].kind is Kind.PORT)) for p in seen}
+    async def count(self, seen: dict[str, int]) -> None:
+        """Count the cycles in which a bit of each pulse is high."""
+        ports = [self._port(p, "_written" * (self._model.fields[p].kind is Kind.PORT)) for p in seen]
         while True:
-            _, _, *high = await ctx.tick().sample(*ports.values())
-            for path, each in zip(ports, high, strict=True):
-                seen[path] += bool(each)
+            _, _, *high = await self._ctx.tick().sample(*ports)
+            seen |= {path: seen[path] + bool(each) for path, each in zip(seen, high, strict=True)}
 
 
 def agree(registers: RegisterMap, script: Iterable[Access], rng: random.Random | None, model: Model) -> None:
@@ -90,7 +89,7 @@ def agree(registers: RegisterMap, script: Iterable[Access], rng: random.Random |
             side.check()
 
     async def count(ctx: Any) -> None:
-        await Side(ctx, dut, model).count(ctx, seen)
+        await Side(ctx, dut, model).count(seen)
 
     simulated(dut, process, background=[count], check=dut.bus)
     assert seen == model.pulses

@@ -22,15 +22,13 @@ def test_output_stage_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
             sent.append([number << 8 | word for word in range(rng.randint(3, 6))])
             for word in sent[-1]:
                 ctx.set(stage.i.valid, 1)
-                last = word == sent[-1][-1]
-                ctx.set(stage.i.payload, {"data": word, "last": last, "started": number})
-                while True:
+                ctx.set(stage.i.payload, {"data": word, "last": word == sent[-1][-1], "started": number})
+                ready = restart = False
+                while not ready and not restart:
                     restart = rng.random() < 0.05
                     ctx.set(stage.restart, restart)
                     _, _, ready = await ctx.tick().sample(stage.i.ready)
                     ctx.set(stage.restart, 0)
-                    if ready or restart:
-                        break
                 ctx.set(stage.i.valid, 0)
                 if restart:
                     break

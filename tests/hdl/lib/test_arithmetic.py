@@ -1,13 +1,12 @@
 """Rounding against the model; counting zeros against Python, and what a register between its halves would hold."""
 
 import random
-from collections.abc import Awaitable, Callable
 from typing import Any
 
 import pytest
 from amaranth import Cat, Module, Shape, Signal, Value, signed, unsigned
-from amaranth.sim import Simulator
 
+from tests.hdl.bus.manager import simulated
 from tfra.hdl.lib.arithmetic import leading_zeros, round_negated, round_off
 from tfra.model.fixed.numbers import round_shift
 from tfra.model.rounding import Rounding
@@ -18,12 +17,6 @@ def _words(width: int) -> list[int]:
     draw = random.Random(width)
     heads = [word for bit in range(width) for word in (1 << bit, (2 << bit) - 1)]
     return [0, *heads, *(draw.getrandbits(width) >> draw.randrange(width) for _ in range(100))]
-
-
-def _simulate(m: Module, bench: Callable[[Any], Awaitable[None]]) -> None:
-    simulator = Simulator(m)
-    simulator.add_testbench(bench)
-    simulator.run()
 
 
 @pytest.mark.parametrize("width", [1, 2, 7, 8, 9, 14, 15, 16, 17, 24, 26, 31, 32, 33, 40, 63, 64])
@@ -48,7 +41,7 @@ def test_zeros_above_the_highest_bit(width: int) -> None:
             assert ctx.get(zeros) == width - word.bit_length(), (width, word)
             always &= ctx.get(seen)
 
-    _simulate(m, bench)
+    simulated(m, bench)
     # Synthesis would keep its register, which begins at zero, and make one of all such registers of a core.
     assert always == 0
 
@@ -70,4 +63,4 @@ def test_every_word_is_rounded_as_in_the_model(shape: Shape, drop: int, rounding
             assert ctx.get(result) == round_shift(word, drop, rounding), word
             assert ctx.get(negated) == -round_shift(word, drop), word
 
-    _simulate(m, bench)
+    simulated(m, bench)

@@ -1,6 +1,7 @@
 """Designs that the tests of the serial core share."""
 
 import random
+from typing import Any
 
 from tests.model.fixed.learned.cases import learned_design
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
@@ -8,37 +9,22 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
+
+def tfra(*sensor: Any, **choices: Any) -> TfraDesign:
+    return TfraDesign(SensorArray(*sensor), architecture=SERIAL, **choices)
+
+
 DESIGNS = {
-    "2×3": TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=SERIAL),
-    "3×4": TfraDesign(
-        SensorArray(3, 4, 4e-3, 2e-3, 3e-3),
-        adc=Adc(contact_threshold=0),
-        search=Search(10),
-        architecture=SERIAL,
+    "2×3": tfra(2, 3, 2e-3, 3e-3, 2e-3, search=Search(5)),
+    "3×4": tfra(3, 4, 4e-3, 2e-3, 3e-3, adc=Adc(contact_threshold=0), search=Search(10)),
+    "5×7, tolerance": tfra(5, 7, 3e-3, 3e-3, 2e-3, search=Search(16, 2.5)),
+    "wide": tfra(
+        3, 5, 1.27e-3, 2.54e-3, 2e-3,
+        adc=Adc(16, contact_threshold=1024), search=Search(9, 2.5), formats=FORMATS["wide"],
     ),
-    "5×7, tolerance": TfraDesign(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16, 2.5), architecture=SERIAL),
-    "wide": TfraDesign(
-        SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
-        adc=Adc(16, contact_threshold=1024),
-        search=Search(9, 2.5),
-        formats=FORMATS["wide"],
-        architecture=SERIAL,
-    ),
-    "short": TfraDesign(
-        SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),
-        adc=Adc(8),
-        search=Search(1),
-        formats=Formats("short", 10, 10, 16, 3),
-        architecture=SERIAL,
-    ),
-    "long": TfraDesign(
-        SensorArray(4, 6, 5e-3, 3e-3, 2e-3),
-        adc=Adc(6),
-        search=Search(33),
-        formats=Formats("long", 18, 27, 0, 0),
-        architecture=SERIAL,
-    ),
-}
+    "short": tfra(4, 4, 4e-3, 2.5e-3, 3e-3, adc=Adc(8), search=Search(1), formats=Formats("short", 10, 10, 16, 3)),
+    "long": tfra(4, 6, 5e-3, 3e-3, 2e-3, adc=Adc(6), search=Search(33), formats=Formats("long", 18, 27, 0, 0)),
+}  # fmt: skip
 
 LEARNED = {
     "2×2": learned_design(2, 2, (1, 1), architecture=SERIAL, threshold=300.0),
@@ -66,8 +52,8 @@ def random_design(seed: int) -> Design:
     pitch = [rng.choice([1.27e-3, 2e-3, 4e-3]) for _ in range(2)]
     steps = rng.choice([1, 7, 12, 63])
     adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
-    return TfraDesign(SensorArray(rows, columns, *pitch, 3e-3), adc=adc, search=Search(steps), architecture=SERIAL)
+    return tfra(rows, columns, *pitch, 3e-3, adc=adc, search=Search(steps))
 
 
-TEN = TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)
+TEN = tfra(10, 10, 4e-3, 2e-3, 3e-3)
 """The design that has to fit an iCE40UP5K."""

@@ -3,8 +3,8 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
+from tests.hdl.bus.manager import simulated
 from tfra.hdl.serial.alu import ADDS, FINE, Alu
 from tfra.hdl.serial.isa import Op
 from tfra.hdl.serial.sizes import Sizes
@@ -38,20 +38,11 @@ def operands(op):
     ]
 
 
-def simulate(bench):
-    dut = Alu(SIZES)
-
-    async def process(ctx):
-        await bench(ctx, dut)
-
-    simulator = Simulator(dut)
-    simulator.add_testbench(process)
-    simulator.run()
-
-
 @pytest.mark.parametrize("op", WANT)
 def test_results(op):
-    async def bench(ctx, dut):
+    dut = Alu(SIZES)
+
+    async def bench(ctx):
         ctx.set(dut.op, op)
         ctx.set(dut.adds, op in ADDS)
         for left, source in operands(op):
@@ -64,11 +55,13 @@ def test_results(op):
             if op == Op.LIMIT:
                 assert ctx.get(dut.limited) == (WANT[op](left, source) != source)
 
-    simulate(bench)
+    simulated(dut, bench)
 
 
 def test_lengths_and_shifts():
-    async def bench(ctx, dut):
+    dut = Alu(SIZES)
+
+    async def bench(ctx):
         for value in (0, 1, 2, 3, 255, 256, (1 << (WORD - 1)) - 1):
             ctx.set(dut.op, Op.LENGTH)
             ctx.set(dut.source, value)
@@ -81,4 +74,4 @@ def test_lengths_and_shifts():
             await ctx.delay(1e-9)
             assert ctx.get(dut.shifted) % (1 << (WORD + 1)) == (0x123456789 >> fine) % (1 << (WORD + 1))
 
-    simulate(bench)
+    simulated(dut, bench)

@@ -85,16 +85,6 @@ def test_calls_are_written_once_and_marked():
     assert [i.stage for i in a.program].count("double") == 3  # the sum, the return and its delay slot
 
 
-def test_deferred_instructions_are_written_when_they_are_emitted():
-    a = Assembler()
-    with a.deferred() as later:
-        count(a)
-    assert not a.program
-    count(a)
-    a.emit(later[0])
-    assert [i.word for i in a.program] == [later[0].word] * 2
-
-
 def test_operands_without_one_address_are_refused():
     a = Assembler()
     with pytest.raises(ValueError, match="same address"):

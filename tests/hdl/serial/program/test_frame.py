@@ -5,17 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.hdl.serial.designs import DESIGNS, LEARNED, LEARNED_TEN, TEN, random_design
+from tests.hdl.serial.designs import DESIGNS, LEARNED, LEARNED_TEN, TEN, random_design, tfra
 from tests.hdl.serial.interpreted import check, interpret, scenes
 from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.cores import program
 from tfra.hdl.serial.program.memory import bases, groups, operators, store_image
 from tfra.hdl.serial.sizes import lane_count
-from tfra.model.choices import SERIAL, Adc, Search
+from tfra.model.choices import SERIAL, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 
 TFRA, FORCES = DESIGNS["2×3"], LEARNED["2×3, forces"]
 ALL = [*DESIGNS.values(), *LEARNED.values()]
@@ -102,16 +100,11 @@ def test_ten_by_ten_equals_the_model_and_fits_a_small_fpga(design, frames, lengt
     assert code.interval <= interval
 
 
-def tfra(rows, steps):
-    sensor = SensorArray(rows, rows, 2e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, adc=Adc(), search=Search(steps), architecture=SERIAL)
-
-
 @pytest.mark.parametrize(
     ("design", "what"),
     [
-        (tfra(4, 1000), "2048 words, more are needed"),
-        (tfra(20, 4), "2048 words, more are needed"),
+        (tfra(4, 4, 2e-3, 2e-3, 3e-3, search=Search(1000)), "2048 words, more are needed"),
+        (tfra(20, 20, 2e-3, 2e-3, 3e-3, search=Search(4)), "2048 words, more are needed"),
         (learned_design(20, 20, (150, 20), architecture=SERIAL), "2048 words, more are needed"),
         (learned_design(10, 10, (250, 4), architecture=SERIAL), "2048 words, more are needed"),
         (learned_design(4, 4, (100, 160), architecture=SERIAL), "store holds 16384 words of coefficients, 23296"),
