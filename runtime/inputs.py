@@ -19,12 +19,7 @@ MOST_DOTS = 20
 
 _COMMENT, _BETWEEN = re.compile(rb"#[^\n]*"), re.compile(rb"[,={}\n]")
 
-_KINDS = (
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
+_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
 
 
 @contextmanager
@@ -60,8 +55,7 @@ def _without_waiting(path: str, flags: int) -> int:
 
 
 def _require_regular(file: Path, mode: int) -> None:
-    kind = next((name for test, name in _KINDS if test(mode)), None)
-    if kind is not None:
+    if kind := _KINDS.get(stat.S_IFMT(mode)):
         raise InputError(file, "", f"is not a regular file but {kind}")
 
 

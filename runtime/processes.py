@@ -83,8 +83,8 @@ def stoppable() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    handlers = {number: signal.getsignal(number) for number in _SIGNALS}
-    before = {number: handler for number, handler in handlers.items() if handler not in (None, signal.SIG_IGN)}
+    ignored = None, signal.SIG_IGN
+    before = {number: handler for number in _SIGNALS if (handler := signal.getsignal(number)) not in ignored}
     try:
         for number in before:
             signal.signal(number, _stop)

@@ -42,12 +42,9 @@ _TICKS = (-1, -0.5, 0, 0.5, 1)
 _ROWS = {
     "phi": "φ / °",
     "mu": "μ",
-    "mu_x": "μ<sub>x</sub>",
-    "mu_y": "μ<sub>y</sub>",
+    **{f"mu_{axis}": f"μ<sub>{axis}</sub>" for axis in "xy"},
     "f": "|F| / N",
-    "f_x": "F<sub>x</sub> / N",
-    "f_y": "F<sub>y</sub> / N",
-    "f_z": "F<sub>z</sub> / N",
+    **{f"f_{axis}": f"F<sub>{axis}</sub> / N" for axis in "xyz"},
     "c": "c (x, y) / mm",
     "t": "t (x, y) / mm",
     "uncertainty": "uncertainty, % of |F<sub>z</sub>|",
@@ -58,9 +55,7 @@ _ROWS = {
 
 _TAXEL_ROWS = {
     "taxel-stress": "stress / <span data-unit=stress></span>",
-    "taxel-x": "f<sub>x</sub> / <span data-unit=force></span>",
-    "taxel-y": "f<sub>y</sub> / <span data-unit=force></span>",
-    "taxel-z": "f<sub>z</sub> / <span data-unit=force></span>",
+    **{f"taxel-{axis}": f"f<sub>{axis}</sub> / <span data-unit=force></span>" for axis in "xyz"},
 }
 
 

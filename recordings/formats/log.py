@@ -5,7 +5,6 @@ encoding 32FC1.  Its time is that of the log.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +22,8 @@ _ARRAY, _IMAGE = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/Image"
 _NEEDED = "Float32MultiArray or Image 32FC1"
 
 
-@dataclass(frozen=True, slots=True)
-class _Message:
-    topic: str
-    kind: str
-    time: int
-    """Of the log, in ns."""
-    data: bytes
+_Message = tuple[str, str, int, bytes]
+"""The topic, the kind, the time of the log in ns, and the data."""
 
 
 def read(path: Path, sensor: SensorArray, given: Input) -> Values:
@@ -44,19 +38,18 @@ def read(path: Path, sensor: SensorArray, given: Input) -> Values:
     frames: dict[str, list[Floats]] = {}
     times: dict[str, list[int]] = {}
     refused: dict[str, str] = {}
-    for message in _messages(path):
-        topic = message.topic
+    for topic, kind, time, data in _messages(path):
         if topic in refused or given.topic not in (None, topic):
             refused.setdefault(topic, "is not asked for")
             continue
-        frame = _frame(path, store, message)
+        frame = _frame(path, store, topic, kind, data)
         if reason := frame if isinstance(frame, str) else wrong_shape(sensor, given, (1, *frame.shape)):
             if topic in frames:
                 raise InputError(path, FRAMES, f"message {len(frames[topic])} of {quoted(topic)}: {reason}")
             refused[topic] = reason
         else:
             frames.setdefault(topic, []).append(np.asarray(frame))
-            times.setdefault(topic, []).append(message.time)
+            times.setdefault(topic, []).append(time)
     topic = _only(path, given, list(frames), refused)
     since, values = np.array(times[topic], dtype=np.int64), np.stack(frames[topic])
     frames_of_topic = values[:, given.skip_columns :] if values.ndim == 2 else values
@@ -76,13 +69,13 @@ def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -
     raise InputError(path, FRAMES, f"the log has {wanted} ({_NEEDED}), its topics: {names}")
 
 
-def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
+def _frame(path: Path, store: Any, topic: str, kind: str, data: bytes) -> Floats | str:
     """The numbers of a message, or why it has none; an image gives its rows."""
-    if message.kind not in (_ARRAY, _IMAGE):
-        return f"{_NEEDED} is needed, got {quoted(message.kind)}"
+    if kind not in (_ARRAY, _IMAGE):
+        return f"{_NEEDED} is needed, got {quoted(kind)}"
     try:
-        content = store.deserialize_cdr(message.data, message.kind)
-        if message.kind == _ARRAY:
+        content = store.deserialize_cdr(data, kind)
+        if kind == _ARRAY:
             return np.asarray(content.data, dtype=np.float64)
         if content.encoding != "32FC1":
             return f"encoding 32FC1 is needed, got {quoted(content.encoding)}"
@@ -91,7 +84,7 @@ def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
         return pixels.view(">f4" if content.is_bigendian else "<f4").astype(np.float64)
     except Exception as error:  # a decoder that trusts its input may raise anything
         reason = shortened(str(error), 100)
-        raise InputError(path, FRAMES, f"a message of {quoted(message.topic)} is damaged: {reason}") from None
+        raise InputError(path, FRAMES, f"a message of {quoted(topic)} is damaged: {reason}") from None
 
 
 def _messages(path: Path) -> Iterator[_Message]:
@@ -110,7 +103,7 @@ def _of_bag(path: Path) -> Iterator[_Message]:
 
     with Reader(path) as reader:
         for connection, time, data in reader.messages():
-            yield _Message(connection.topic, connection.msgtype, time, data)
+            yield connection.topic, connection.msgtype, time, data
 
 
 def _of_mcap(path: Path) -> Iterator[_Message]:
@@ -119,7 +112,7 @@ def _of_mcap(path: Path) -> Iterator[_Message]:
     with opened(path) as stream:
         for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
             kind = schema.name if schema and channel.message_encoding == "cdr" else channel.message_encoding
-            yield _Message(channel.topic, kind, message.log_time, message.data)
+            yield channel.topic, kind, message.log_time, message.data
 
 
 FORMAT = Format((".mcap",), read, marker="metadata.yaml", needs=("robot", "mcap", "rosbags"))
