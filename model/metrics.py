@@ -42,19 +42,20 @@ def errors(reference: Contact, estimate: Contact) -> dict[str, Floats]:
         np.linalg.norm(vector, axis=-1) for vector in (estimate.resultant - reference.resultant, reference.resultant)
     )
     undefined = np.where(force > 0.0, np.inf, 0.0)
+    turn, friction = turn_deg(reference.phi_deg, estimate.phi_deg), np.abs(reference.mu - estimate.mu)
     return {
-        "phi_deg": turn_deg(reference.phi_deg, estimate.phi_deg),
-        "mu_abs": np.abs(reference.mu - estimate.mu),
+        "phi_deg": turn,
+        "mu_abs": friction,
         "force_n": force,
         "force_percent_of_resultant": 100.0 * np.divide(force, modulus, out=undefined, where=modulus > 0.0),
-        "paper_phi_percent_of_turn": error_phi(reference.phi_deg, estimate.phi_deg),
-        "paper_mu_percent_of_one": error_mu(reference.mu, estimate.mu),
+        "paper_phi_percent_of_turn": turn / 3.6,
+        "paper_mu_percent_of_one": 100.0 * friction,
         "paper_force_percent_of_estimate": error_force(reference.resultant, estimate.resultant).max(axis=-1),
     }
 
 
 def turn_deg(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floats:
-    """Return the angle between two directions in degrees, 0 to 180; the arguments broadcast."""
+    """Return the angle between two directions in degrees, 0 to 180 (Eq. 34 does not wrap); the arguments broadcast."""
     return np.abs(rotation_deg(estimate_deg, reference_deg))
 
 
@@ -62,20 +63,6 @@ def rotation_deg(start_deg: npt.ArrayLike, end_deg: npt.ArrayLike) -> Floats:
     """Return the rotation that leads from one direction to the other in degrees, -180 to below 180."""
     difference = np.subtract(end_deg, start_deg, dtype=np.float64)
     return np.asarray(np.remainder(difference + 180.0, 360.0) - 180.0)
-
-
-def error_mu(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
-    """Return e(mu) of Eq. 33 in percent of a friction coefficient of 1; the arguments broadcast."""
-    return np.asarray(100.0 * np.abs(np.subtract(reference, estimate, dtype=np.float64)))
-
-
-def error_phi(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floats:
-    """Return e(phi) of Eq. 34 in percent of a full turn; degrees, the arguments broadcast.
-
-    The difference is wrapped to [-180, 180] degrees, which Eq. 34 does not state: 359 degrees for a reference
-    of 0 are 1 degree off, and the error never exceeds 50 %.
-    """
-    return np.asarray(turn_deg(reference_deg, estimate_deg) / 3.6)
 
 
 def error_force(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:

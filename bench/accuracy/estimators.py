@@ -10,7 +10,7 @@ from bench.accuracy.scenes import QUIET, SCENES, Case, observed
 from tfra.model.arrays import Floats, Ints
 from tfra.model.cover.scenes import any_contacts
 from tfra.model.fixed.words import decode
-from tfra.model.learned.learned import Learned
+from tfra.model.learned.network import Learned
 from tfra.model.metrics import Contact
 from tfra.model.tfra import Tfra, friction
 from tfra.model.two_variable import TwoVariable

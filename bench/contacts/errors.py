@@ -25,7 +25,7 @@ from tfra.model.boussinesq import operators
 from tfra.model.cover.contact import Contacts, taxel_forces
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
-from tfra.model.metrics import error_force, error_mu, error_phi
+from tfra.model.metrics import error_force, turn_deg
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Tfra, friction
 
@@ -205,8 +205,8 @@ def errors(forces: Floats, found: Result) -> dict[str, Floats]:
     phi = np.degrees(np.arctan2(forces[:, 1], forces[:, 0]))
     return {
         "force": error_force(forces, found.resultant).max(axis=1),
-        "mu": error_mu(tangential / np.abs(forces[:, 2]), found.mu),
-        "phi": error_phi(phi, found.phi_deg),
+        "mu": 100.0 * np.abs(tangential / np.abs(forces[:, 2]) - found.mu),
+        "phi": turn_deg(phi, found.phi_deg) / 3.6,
     }
 
 

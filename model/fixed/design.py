@@ -1,11 +1,11 @@
-"""A design: its choices and all that follows from them, made once and passed on."""
+"""A design: its choices and all that follows from them, made once and passed on; what all bit-accurate models share."""
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,11 @@ from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.layout import Field, make_layout
 from tfra.model.fixed.widths import Widths
 from tfra.model.tfra import Result, Status
+
+Trace = TypeVar("Trace")
+"""Results of every block for some frames."""
+
+_CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
 
 
 @dataclass(frozen=True)
@@ -175,3 +180,44 @@ class Design(Choices, ABC):
     def operand_word(self) -> int:
         """Bits of a lane's operand: the longest of all products."""
         return max(self.formats.bits(f"operand.{name}") for name in self.products)
+
+
+class FixedModel(ABC, Generic[Trace]):
+    """Bit-accurate model of one design."""
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+
+    def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
+        """Result words of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
+        parts = [(words, self._stages(trace, words)) for trace, words in self._numbered(codes, first_frame)]
+        words, stages = zip(*parts, strict=True)
+        return FixedResult(np.concatenate(words), stages)
+
+    def words(self, codes: Ints) -> Ints:
+        """Only the result words, in less time and memory."""
+        return np.concatenate([words for _, words in self._numbered(codes, 0)])
+
+    def _numbered(self, codes: Ints, first: int) -> Iterator[tuple[Trace, Ints]]:
+        for trace in self.traces(codes):
+            words = self._words(trace, first)
+            first += len(words)
+            yield trace, words
+
+    def traces(self, codes: Ints) -> Iterator[Trace]:
+        """Results of every block for converter ``codes (n, rows, columns)``, some frames at a time."""
+        flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
+        for start in range(0, max(1, len(flat)), _CHUNK):
+            yield self._trace(flat[start : start + _CHUNK])
+
+    @abstractmethod
+    def _trace(self, codes: Ints) -> Trace:
+        """Results of every block for ``codes (n, m)``."""
+
+    @abstractmethod
+    def _words(self, trace: Trace, first_frame: int) -> Ints:
+        """Result words ``(n, frame_words)``; the first frame has the number ``first_frame``."""
+
+    @abstractmethod
+    def _stages(self, trace: Trace, words: Ints) -> Mapping[str, Ints]:
+        """Output stream of every block: the frame first, the words of a transfer last."""

@@ -13,7 +13,7 @@ from tests.model.learned.random_weights import random_weights
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import Trained, read_weights, write_weights
-from tfra.model.learned.learned import Learned
+from tfra.model.learned.network import Learned
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
 from tfra.recordings.facts import RESULTANT_ALONE

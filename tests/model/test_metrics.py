@@ -57,15 +57,16 @@ def test_errors_are_the_printed_ones(name: str) -> None:
     assert (np.abs(force - printed[:, :3]) <= 200 * ROUNDED / modulus + 0.003 * printed[:, :3] + CUT).all()
     swapped = metrics.error_force(seen[:, :3], truth[:, :3])
     assert np.abs(force - printed[:, :3])[:, 2].mean() < np.abs(swapped - printed[:, :3])[:, 2].mean()
-    np.testing.assert_allclose(metrics.error_mu(truth[:, 3], seen[:, 3]), printed[:, 3], atol=100 * ROUNDED + CUT)
-    np.testing.assert_allclose(metrics.error_phi(*phi), printed[:, 4], atol=100 / 360 * ROUNDED + CUT)
+    every = metrics.errors(contact(truth[:, :3], truth[:, 3], phi[0]), contact(seen[:, :3], seen[:, 3], phi[1]))
+    np.testing.assert_allclose(every["paper_mu_percent_of_one"], printed[:, 3], atol=100 * ROUNDED + CUT)
+    np.testing.assert_allclose(every["paper_phi_percent_of_turn"], printed[:, 4], atol=100 / 360 * ROUNDED + CUT)
 
 
 @pytest.mark.parametrize(
     ("reference", "estimate", "degrees"), [(0, 359, 1), (359, 0, 1), (10, 190, 180), (-90, 270, 0)]
 )
 def test_phi_is_wrapped(reference: float, estimate: float, degrees: float) -> None:
-    assert metrics.error_phi(reference, estimate) == pytest.approx(degrees / 3.6, abs=1e-12)
+    assert metrics.turn_deg(reference, estimate) == pytest.approx(degrees, abs=1e-12)
 
 
 def test_force_without_estimated_resultant() -> None:
@@ -73,7 +74,7 @@ def test_force_without_estimated_resultant() -> None:
     np.testing.assert_array_equal(errors, [[np.inf, 0.0, np.inf], [0.0, 0.0, 0.0]])
 
 
-def contact(resultant: list[list[float]], mu: list[float], phi_deg: list[float]) -> Any:
+def contact(resultant: Any, mu: Any, phi_deg: Any) -> Any:
     return SimpleNamespace(resultant=np.array(resultant), mu=np.array(mu), phi_deg=np.array(phi_deg))
 
 

@@ -11,8 +11,7 @@ from tfra.model.fixed.learned.operators import OPERATORS, make_stacks, names
 from tfra.model.fixed.learned.pipeline import FixedLearned
 from tfra.model.fixed.learned.resultant import THRESHOLD_FRACTION, threshold_word
 from tfra.model.fixed.widths import Widths
-from tfra.model.learned.learned import Learned
-from tfra.model.learned.network import Weights
+from tfra.model.learned.network import Learned, Weights
 from tfra.model.tfra import Status
 
 SIGNALS = signals_of(OPERATORS)

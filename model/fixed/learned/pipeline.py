@@ -8,7 +8,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.design import Design, FixedModel
 from tfra.model.fixed.gain import Resultant
 from tfra.model.fixed.learned.activation import activation
 from tfra.model.fixed.learned.field import field
@@ -17,7 +17,6 @@ from tfra.model.fixed.learned.operators import outputs
 from tfra.model.fixed.learned.resultant import Judged, judged, resultant
 from tfra.model.fixed.learned.share import Share, share, shared
 from tfra.model.fixed.matvec import matvec
-from tfra.model.fixed.model import FixedModel
 from tfra.model.fixed.normaliser import Normalised, normaliser
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status

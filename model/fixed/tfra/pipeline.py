@@ -9,9 +9,9 @@ from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.combine import combine
 from tfra.model.fixed.cordic import cordic
+from tfra.model.fixed.design import FixedModel
 from tfra.model.fixed.gain import Gain, Resultant, gain
 from tfra.model.fixed.matvec import matvec
-from tfra.model.fixed.model import FixedModel
 from tfra.model.fixed.normaliser import Normalised, normaliser
 from tfra.model.fixed.scaling import Scaled, scaling
 from tfra.model.fixed.tfra.centroids import Direction, centroids

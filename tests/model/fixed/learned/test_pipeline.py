@@ -17,7 +17,7 @@ from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.learned.resultant import resultant
 from tfra.model.fixed.learned.share import even_word, share, shared
 from tfra.model.fixed.words import decode, field
-from tfra.model.learned.learned import Learned
+from tfra.model.learned.network import Learned
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
 
