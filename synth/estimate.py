@@ -112,18 +112,13 @@ def _parts(bits: int, most: int, sign_bits: int) -> list[int]:
     return [low] * cut + [bits - low * cut]
 
 
-def _no_luts(a: int, b: int) -> float:
-    """Of a product in multiplier cells; what short ones take is in the prices."""
-    return 0.0
-
-
 def features(counts: CellCount, family: Family, kind: str = "parallel") -> dict[str, float]:
     """Features that prices multiply: bits by kind, lookup tables of memories ``table``, register bits ``ff``.
 
     ``DSP``, ``BRAM`` and ``SPRAM`` are counts.  Where registers move into multipliers and memories, each takes one
     word: a product, or the widest word of a memory.  A serial core has no such registers.
     """
-    cell, luts = family.multiplier, family.product_luts or _no_luts
+    cell, luts = family.multiplier, family.product_luts
     placed = [place(memory, family) for memory in counts.memories]
     products, blocks = sum(multipliers(w, cell) for w in counts.multipliers), sum(p.blocks for p in placed)
     inside = 0
@@ -134,7 +129,7 @@ def features(counts: CellCount, family: Family, kind: str = "parallel") -> dict[
     instances = tally(counts.instances, family)
     return {
         **operators,
-        "table": float(sum(p.tables for p in placed)) + sum(luts(*w) for w in counts.multipliers),
+        "table": sum(p.tables for p in placed) + sum(luts(*w) if luts else 0.0 for w in counts.multipliers),
         "ff": float(counts.registers + sum(p.registers for p in placed) - inside),
         "DSP": products + instances.get("DSP", 0.0),
         "BRAM": blocks + instances.get("BRAM", 0.0),

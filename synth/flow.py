@@ -3,7 +3,7 @@
 import json
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -68,7 +68,8 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
     try:
         _yosys(family.synthesis.format(top=top), directory)
     except ToolError:
-        if not family.fallback or "Executing ABC9" not in _tail(directory / _YOSYS_LOG):
+        end = (directory / _YOSYS_LOG).read_text(errors="replace")[-1000:]
+        if not family.fallback or "Executing ABC9" not in end:
             raise
         mapper = "abc"
         _yosys(family.fallback.format(top=top), directory)
@@ -90,10 +91,6 @@ def _yosys(commands: str, directory: Path) -> None:
     run(YOSYS, [*STRICT, "-q", "-l", _YOSYS_LOG, "-p", script], directory, _YOSYS_ERRORS)
 
 
-def _tail(log: Path) -> str:
-    return log.read_text(errors="replace")[-1000:]
-
-
 def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
     """Place and route ``NETLIST`` with ``seed``; leaves logs, a report and a layout.  Raises :class:`ToolError`.
 
@@ -105,8 +102,9 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
     words = [*target.device, *target.speed, *options(target.family), "--timing-allow-fail"]
     if tool.constraints:
         (directory / _CONSTRAINTS).write_text(tool.constraints)
-        words += _with_file(tool.constrained, _CONSTRAINTS)
-    written = [*_with_file(tool.layout, f"{name}.layout"), "--report", f"{name}.json", "--seed", str(seed)]
+        words += [word.format(file=_CONSTRAINTS) for word in tool.constrained]
+    layout = [word.format(file=f"{name}.layout") for word in tool.layout]
+    written = [*layout, "--report", f"{name}.json", "--seed", str(seed)]
     if not tool.stages:
         aim = clock_mhz
         run(tool.program, [*words, *written, "--json", NETLIST, "--freq", str(aim)], directory, f"{name}.log")
@@ -131,14 +129,9 @@ def _route(program: str, words: Sequence[str], directory: Path, log: str, clock_
     return aim
 
 
-def _with_file(words: Iterable[str], file: str) -> list[str]:
-    return [word.format(file=file) for word in words]
-
-
 def options(family: Family) -> list[str]:
     """Options of ``family``'s place and route that its program supports; none where only yosys runs."""
-    tool = family.place_and_route
-    if not tool:
+    if not (tool := family.place_and_route):
         return []
     return [*tool.routing, *(tool.threaded if tool.threaded and has(tool.program, tool.threaded[0]) else ())]
 
@@ -170,9 +163,9 @@ def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float)
     inner = [path["path"] for path in report["critical_paths"] if path["from"] == path["to"] == edge]
     if len(inner) != 1:
         raise ValueError(f"nextpnr: one critical path of {clock} is expected, got {len(inner)}")
-    used, tool = report["utilization"], target.family.place_and_route
-    bels = tool.bels if tool else {}
-    resources = {name: _used(row, used) for name, row in bels.items()}
+    assert target.family.place_and_route
+    bels = target.family.place_and_route.bels
+    resources = {name: _used(row, report["utilization"]) for name, row in bels.items()}
     return Route(seed, aim, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
 
 

@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from tfra import codegen, families, hdl, model, runtime, synth
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.families import FAMILIES, Family
@@ -36,16 +37,10 @@ def synthesised(design: Design, name: str, cache: Path) -> Netlist:
     family = FAMILIES[name]
     # No probes: synthesis leaves no signal between blocks by its name.
     models = (cells(family), *texts(cell_models(name, "multiplier", "rom")))
-    key = digest(repr(design), repr(family.gates), models[0], tools.versions(), *texts(gate_sources()))
+    made_by = texts(sources(codegen, families, hdl, model, runtime, synth))
+    key = digest(repr(design), repr(family.gates), models[0], tools.versions(), *made_by)
     files = cached(cache / f"gates-{design.name}-{name}-{key}", lambda: _synthesise(design, family))
     return Netlist(design.name, files["gates.v"].decode(), sidecar(design), models=models)
-
-
-def gate_sources() -> list[Path]:
-    """The source files that the netlist depends on."""
-    from tfra import codegen, families, hdl, model, runtime, synth
-
-    return sources(codegen, families, hdl, model, runtime, synth)
 
 
 def _synthesise(design: Design, family: Family) -> Files:

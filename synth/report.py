@@ -84,17 +84,11 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
 
 def timing(core: Microarchitecture, mhz: float | None) -> dict[str, Any]:
     """Cycles of ``core`` and, at ``mhz``, times: latency to the first result word, frame latency to the last."""
-    cycles = {
-        "latency": core.latency,
-        "frame_latency": core.frame_latency,
-        "interval": core.initiation_interval,
-    }
+    cycles = {"latency": core.latency, "frame_latency": core.frame_latency, "interval": core.initiation_interval}
+    found: dict[str, Any] = {f"{name}_cycles": number for name, number in cycles.items()}
+    if mhz:
+        found |= {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()}
+        found["frames_per_second"] = round(1e6 * mhz / core.initiation_interval, 1)
     products = core.design.multiplications
-    times = {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()} if mhz else {}
-    return {
-        **{f"{name}_cycles": number for name, number in cycles.items()},
-        **times,
-        **({"frames_per_second": round(1e6 * mhz / core.initiation_interval, 1)} if mhz else {}),
-        "multiplications_per_frame": products,
-        "mac_utilisation": round(products / (core.lanes * core.initiation_interval), 4),
-    }
+    found["multiplications_per_frame"] = products
+    return found | {"mac_utilisation": round(products / (core.lanes * core.initiation_interval), 4)}

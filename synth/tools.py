@@ -63,16 +63,17 @@ def _native(program: str) -> str:
 def has(program: str, option: str) -> bool:
     """Whether a native program replaces ``program`` and supports ``option``."""
     native = _native(program)
-    if not native:
-        return False
-    done = subprocess.run([native, "--help"], capture_output=True, text=True, check=False)
-    return option in (done.stdout + done.stderr).split()
+    return bool(native) and option in _answer(native, "--help").split()
 
 
 def _native_version(path: str) -> str:
-    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
-    number = re.search(r"Version ([\w.+-]+)", done.stdout + done.stderr)
+    number = re.search(r"Version ([\w.+-]+)", _answer(path, "--version"))
     return number[1] if number else "unknown"
+
+
+def _answer(path: str, option: str) -> str:
+    done = subprocess.run([path, option], capture_output=True, text=True, check=False)
+    return done.stdout + done.stderr
 
 
 def _entry(program: str) -> EntryPoint | None:

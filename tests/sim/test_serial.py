@@ -92,7 +92,7 @@ def test_a_wrong_operation(monkeypatch: pytest.MonkeyPatch, unit: ModuleType, na
     found = first_difference(TRACED, CODES)
     first = next(t for t in trace(as_serial(TRACED), CODES) if t.step.instruction.op == op)
     assert found is not None
-    assert (found.step, found.step.stage, found.address) == (first, stage, first.step.pc)
+    assert (found.step, found.step.stage) == (first, stage)
     where = f"instruction {first.step.pc}, cycle {first.step.cycle}, {stage}: {first.text}"
     assert str(found) == f"{where}: expected {found.expected}, observed {found.observed}"
 
@@ -104,7 +104,7 @@ def test_a_wrong_instruction() -> None:
     wrong = SerialCore(TRACED, replace(serial.program, instructions=tuple(instructions)), serial.coefficients)
     found = first_difference(TRACED, CODES, wrong)
     assert found is not None
-    assert found.address == 40
+    assert found.step.step.pc == 40
     assert "another instruction" in str(found)
 
 
@@ -114,4 +114,4 @@ def test_a_standstill() -> None:
     waits = SerialCore(TRACED, serial.program, np.concatenate([serial.coefficients] * 2))
     found = first_difference(TRACED, CODES, waits)
     assert found is not None
-    assert (found.address, found.observed) == (0, "a standstill")
+    assert (found.step.step.pc, found.observed) == (0, "a standstill")
