@@ -11,8 +11,8 @@ from tfra.families import FAMILIES, find
 from tfra.model.choices import SERIAL, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.cell_count import CellCount, Memory
-from tfra.synth.estimate import KINDS, Placed, Prices, estimate, features, misfits, multipliers, place, price, prices
+from tfra.synth.cell_count import Memory
+from tfra.synth.estimate import Placed, estimate, misfits, multipliers, place, price, prices
 
 ECP5, ICE40 = FAMILIES["ecp5"], FAMILIES["ice40"]
 GUIDE = Path(__file__).parents[2] / "docs" / "synth.md"
@@ -59,19 +59,6 @@ MULTIPLIERS = {
 def test_multipliers(name: str) -> None:
     cell = FAMILIES[name].multiplier
     assert {widths: multipliers(widths, cell) for widths in MULTIPLIERS[name]} == MULTIPLIERS[name]
-
-
-def test_instances_count_as_what_they_are() -> None:
-    counts = CellCount()
-    counts.instances.update({"MULT18X18D": 7, "DP16KD": 2})
-    found = features(counts, ECP5)
-    assert (found["DSP"], found["BRAM"]) == (7, 2)
-
-
-def test_price_is_the_sum_of_its_parts() -> None:
-    rates = Prices("ecp5", "tfra", dict.fromkeys(KINDS, 0.5), 0.9, {})
-    found = dict.fromkeys((*KINDS, "table", "ff", "DSP", "BRAM", "SPRAM"), 10.0)
-    assert price(found, rates) == {"LUT": 35.0, "FF": 9.0, "DSP": 10, "BRAM": 10, "SPRAM": 10}
 
 
 @pytest.mark.parametrize("key", ["fitted", "unseen"])

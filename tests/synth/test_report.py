@@ -11,10 +11,8 @@ import pytest
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tfra.families import find
-from tfra.hdl.cores import as_serial
 from tfra.hdl.parallel.tfra.core import TfraParallel
-from tfra.model.choices import SERIAL, Architecture
-from tfra.model.fixed.design import Design
+from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.report.table import WIDTH
@@ -37,8 +35,8 @@ ESTIMATED = Estimate(
 )
 
 
-def made(routes: Sequence[Route] = ROUTES, seeds: int = 3, design: Design = DESIGN) -> dict[str, Any]:
-    return report(design, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, seeds)
+def made(routes: Sequence[Route] = ROUTES, seeds: int = 3) -> dict[str, Any]:
+    return report(DESIGN, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, seeds)
 
 
 def test_numbers() -> None:
@@ -53,16 +51,6 @@ def test_numbers() -> None:
     assert times["frame_latency_us"] == pytest.approx(cycles.frame_latency / 100)
     assert times["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)
     assert times["mac_utilisation"] == pytest.approx(DESIGN.multiplications / 4 / cycles.initiation_interval, abs=1e-4)
-
-
-def test_a_serial_core() -> None:
-    design = replace(DESIGN, architecture=SERIAL)
-    found = made(design=design)
-    cycles = as_serial(design)
-    assert (found["architecture"]["kind"], found["mac_lanes"]) == ("serial", 3)
-    assert found["timing"]["latency_cycles"] == cycles.latency
-    assert found["timing"]["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)
-    assert "skin on ecp5-25-6: serial core, 3 MAC lanes" in render(found)
 
 
 def test_the_median_is_a_seed() -> None:
