@@ -14,11 +14,8 @@ from tfra.hdl.lib.pipeline import register
 class Crc(wiring.Component):
     """CRC-32, that of zlib, Ethernet and PNG, of words whose lowest byte comes first; a byte a cycle.
 
-    Words may come every ``interval`` cycles.  ``latency`` counts cycles from a word to its CRC.
+    Words may come every ``BYTES`` cycles; the CRC of a word is there a cycle after its last byte.
     """
-
-    interval = BYTES
-    latency = 1 + BYTES
 
     def __init__(self) -> None:
         super().__init__({
