@@ -100,14 +100,6 @@ _COLUMNS = {
 }
 """Labels of columns; others keep their names."""
 
-_COST_UNITS = {
-    "coefficient_kbit": "kbit of coefficients",
-    "latency_cycles": "cycles of latency",
-    "interval_cycles": "cycles from frame to frame",
-    "dsp": "DSP",
-}
-"""Unit after the number of a cost; other costs are their own units."""
-
 
 def column_label(column: str) -> str:
     """The label of a column; of a quantity's name, it is that of the 95th percentile of the error."""
@@ -131,7 +123,8 @@ def cost_amount(cost: str, value: float) -> str:
     """Cost of a design, with its unit: whole numbers in full, others with at least three digits."""
     whole = len(f"{value:.0f}")
     digits = whole if value == round(value) else max(3, whole)
-    return f"{number(value, digits)}\N{NO-BREAK SPACE}{_COST_UNITS.get(cost, cost)}"
+    label, _, unit = column_label(cost).partition(" / ")
+    return f"{number(value, digits)}\N{NO-BREAK SPACE}{f'{unit} of {label}' if unit else label}"
 
 
 def setting(value: float | str) -> str:

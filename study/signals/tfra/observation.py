@@ -86,13 +86,9 @@ def _products(design: Design, trace: Trace) -> dict[str, Observed]:
                 normal.append(sums)
             else:
                 observed[f"{op.name}.accumulator"] = Observed(sums)
-    observed["n"] = _weights(trace, observed["c33_inv"].values)
+    observed["n"] = Observed(trace.n, cast(butterfly(observed["c33_inv"].values), 2).rounded)
     observed["normal.accumulator"] = Observed(np.hstack(normal))
     return observed
-
-
-def _weights(trace: Trace, solution: Ints) -> Observed:
-    return Observed(trace.n, cast(butterfly(solution), 2).rounded)
 
 
 def _dependent(design: Design, trace: Trace) -> dict[str, Observed]:
