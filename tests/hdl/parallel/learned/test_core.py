@@ -70,7 +70,7 @@ def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
 @pytest.mark.parametrize("stall_in", [flowing, bursts])
 def test_coefficients_may_be_loaded(stall_in):
     design = learned_design(2, 3, (2, 1), 8, images="load", lanes=8)
-    codes = codes_of(design, 1, 3)
+    codes = codes_of(design, 5, 3)[3:]
     want = design.model(codes).words
     load = LearnedParallel(design).loaded.tolist()
     inputs = {"load": load, "taxel": codes.ravel().tolist()}
