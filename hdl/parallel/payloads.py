@@ -34,15 +34,13 @@ def product(design: Design) -> data.StructLayout:
 
 def frame_facts(design: Design) -> data.StructLayout:
     """The fields of :class:`tfra.model.fixed.normaliser.Normalised` other than the stress."""
-    return data.StructLayout(
-        {
-            "exponent": counter_shape(design.adc.bits - 1),
-            "magnitude": unsigned(design.widths.magnitude),
-            "contact": 1,
-            "traction": 1,
-            "saturated": 1,
-        }
-    )
+    return data.StructLayout({
+        "exponent": counter_shape(design.adc.bits - 1),
+        "magnitude": unsigned(design.widths.magnitude),
+        "contact": 1,
+        "traction": 1,
+        "saturated": 1,
+    })
 
 
 def direction(design: Design) -> data.StructLayout:
@@ -54,23 +52,19 @@ def direction(design: Design) -> data.StructLayout:
 def affine(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.tfra.dependent.Dependent`; ``sums`` holds the nine A_pq row by row."""
     scalar, word = signed(design.formats.bits("scalar")), signed(design.formats.bits("sums"))
-    return data.StructLayout(
-        {
-            "alpha": scalar,
-            "beta": scalar,
-            "vanishing": 1,
-            "sums": data.ArrayLayout(word, 9),
-            "significant": counter_shape(design.widths.vector - 1),
-        }
-    )
+    return data.StructLayout({
+        "alpha": scalar,
+        "beta": scalar,
+        "vanishing": 1,
+        "sums": data.ArrayLayout(word, 9),
+        "significant": counter_shape(design.widths.vector - 1),
+    })
 
 
 def chosen(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.tfra.friction.Friction`."""
-    word = signed(design.formats.bits("scalar"))
-    return data.StructLayout(
-        {"index": sweep_index(design), "mu_ind": word, "mu_x": word, "mu_y": word, "out_of_range": 1}
-    )
+    word, index = signed(design.formats.bits("scalar")), sweep_index(design)
+    return data.StructLayout({"index": index, "mu_ind": word, "mu_x": word, "mu_y": word, "out_of_range": 1})
 
 
 def sweep_index(design: Design) -> Shape:
@@ -87,12 +81,10 @@ def total(design: Design) -> data.StructLayout:
 def gain(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.gain.Gain`."""
     scalar = design.formats.bits("scalar")
-    return data.StructLayout(
-        {
-            "mantissa": unsigned(scalar),
-            "force_shift": unsigned(7),
-            "resultant_shift": unsigned(7),
-            "mu": signed(scalar),
-            "overflow": 1,
-        }
-    )
+    return data.StructLayout({
+        "mantissa": unsigned(scalar),
+        "force_shift": unsigned(7),
+        "resultant_shift": unsigned(7),
+        "mu": signed(scalar),
+        "overflow": 1,
+    })

@@ -121,15 +121,13 @@ class Scaling(wiring.Component):
     def _operands(self) -> data.StructLayout:
         """One word at the entry of the multiplier."""
         facts = payloads.gain(self._design).members
-        return data.StructLayout(
-            {
-                "word": signed(word_bits(self._design)),
-                "factor": facts["mantissa"],
-                "shift": facts["force_shift"],
-                "plain": 1,
-                "last": 1,
-            }
-        )
+        return data.StructLayout({
+            "word": signed(word_bits(self._design)),
+            "factor": facts["mantissa"],
+            "shift": facts["force_shift"],
+            "plain": 1,
+            "last": 1,
+        })
 
     def _entries(self, m: Module, counter: Value) -> list[_Entry]:
         """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`.

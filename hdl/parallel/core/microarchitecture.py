@@ -28,7 +28,10 @@ T = TypeVar("T", bound=Timeline[Frame])
 
 
 class Parallel(ABC, Generic[D, T]):
-    """:class:`tfra.hdl.interface.microarchitecture.Microarchitecture` of blocks; frames interleave in them."""
+    """:class:`tfra.hdl.interface.microarchitecture.Microarchitecture` of blocks; frames interleave in them.
+
+    What others ask of it is described there.
+    """
 
     settled = slice(SETTLED, 2 * SETTLED)
     enough = ENOUGH
@@ -41,7 +44,6 @@ class Parallel(ABC, Generic[D, T]):
         self.design = design
 
     def build(self) -> Core:
-        """The core."""
         return self.core(self.design)
 
     @cached_property
@@ -60,15 +62,12 @@ class Parallel(ABC, Generic[D, T]):
 
     @cached_property
     def probes(self) -> tuple[Probe, ...]:
-        """Streams between blocks that a simulation may watch, in the order in which data reach them."""
-
         def watched(blocks: CoreBlocks) -> tuple[Probe, ...]:
             return tuple(each.probe(block) for each, block in self.core.watched_blocks(self.design, blocks))
 
         return ask_blocks(lambda: self.core.blocks(self.design), watched)
 
     def check(self) -> None:
-        """Raise ``ValueError`` for words that can overflow."""
         _ = self.design.widths
 
     @cached_property
@@ -83,12 +82,10 @@ class Parallel(ABC, Generic[D, T]):
 
     @property
     def latency(self) -> int:
-        """Cycles from the last taxel of a frame to its first result word, the core being idle."""
         return self.alone.frames[0].words[0]
 
     @property
     def frame_latency(self) -> int:
-        """Cycles from the last taxel of a frame to its last result word, the core being idle."""
         return self.alone.frames[0].words[-1]
 
     @cached_property
@@ -102,19 +99,14 @@ class Parallel(ABC, Generic[D, T]):
 
     @property
     def lanes(self) -> int:
-        """Multiply-accumulate lanes."""
         return self.design.architecture.mac_lanes
 
     @property
     def lane_choices(self) -> tuple[int, ...]:
-        """Numbers of lanes that the sensor allows, ascending."""
         return tuple(range(4, 4 * self.design.quads + 1, 4))
 
     def choices(self) -> "Iterator[Parallel[D, T]]":
-        """This core with every number of lanes that the sensor allows, upwards.
-
-        Lanes change the cycles of the products alone, so that those of the blocks are asked for once.
-        """
+        """Lanes change the cycles of the products alone, so that those of the blocks are asked for once."""
         for lanes in self.lane_choices:
             core = type(self)(self.design.built_as(replace(self.design.architecture, mac_lanes=lanes)))
             core.cycles = self.cycles
@@ -122,7 +114,6 @@ class Parallel(ABC, Generic[D, T]):
 
     @property
     def cell_models(self) -> tuple[Path, ...]:
-        """Verilog files with models of the cells that the core instantiates."""
         return cell_models(self.design.target, "multiplier", "rom")
 
     @cached_property
@@ -132,10 +123,8 @@ class Parallel(ABC, Generic[D, T]):
 
     @property
     def loaded(self) -> Ints | None:
-        """Coefficients in the order in which the core loads them after a reset; None if it loads none."""
         return self.coefficients.ravel() if self.design.images == "load" else None
 
     @property
     def load_order(self) -> str:
-        """That order, described in text."""
         return f"for each of {self.lanes} MAC lanes the {depth(self.design)} words that it reads, in that order"

@@ -55,24 +55,9 @@ class Unit(Protocol):
         """Its next decision, as far as known."""
 
 
-class Tokens:
-    """``number`` at first; the others when they are given back."""
-
-    def __init__(self, number: int) -> None:
-        self._times = deque([-NEVER] * number)
-
-    def give(self, cycle: int) -> None:
-        """Give one back, which is visible from ``cycle`` on."""
-        self._times.append(cycle)
-
-    @property
-    def visible(self) -> int:
-        """First known cycle in which there is a token."""
-        return self._times[0] if self._times else NEVER
-
-    def take(self) -> None:
-        """Take the next one."""
-        self._times.popleft()
+def visible(tokens: deque[int]) -> int:
+    """First known cycle in which there is one of ``tokens``, each the cycle from which it can be seen."""
+    return tokens[0] if tokens else NEVER
 
 
 class Intake:
@@ -146,24 +131,24 @@ class Products:
     def _ready(self, operand: _Operand) -> int:
         """First cycle in which the product of ``operand`` may be chosen: it is there, and so are its tokens."""
         there = operand.last + full(self._timeline.design, self._plan, operand.stack)
-        return max([there, *(token.visible for token in self._tokens(operand.stack))])
+        return max([there, *(visible(token) for token in self._tokens(operand.stack))])
 
-    def _tokens(self, stack: str) -> list[Tokens]:
+    def _tokens(self, stack: str) -> list[deque[int]]:
         return [self._timeline.tokens[name] for name in self._plan.needs.get(stack, ())]
 
     def _run(self, operand: _Operand, cycle: int) -> None:
         """All passes of a product that is chosen in ``cycle``, and what follows from them."""
         timeline, stack, frame = self._timeline, operand.stack, operand.frame
         for token in self._tokens(stack):
-            token.take()
+            token.popleft()
         launches, results = self._passes.product(stack, cycle)
         self.launches.append((launches[0], stack))
         for name, before in self._plan.follows.items():
             if before == stack:
-                timeline.tokens[name].give(launches[0] + BANK_FREE)
+                timeline.tokens[name].append(launches[0] + BANK_FREE)
         token_of_bank = self._plan.source(stack).token
         if token_of_bank:
-            timeline.tokens[token_of_bank].give(launches[-1] + BANK_FREE)
+            timeline.tokens[token_of_bank].append(launches[-1] + BANK_FREE)
         else:
             timeline.enter(frame + 1, launches[-1] + BANK_FREE)
         timeline.after(stack, frame, [quad + timeline.route_latency for quad in results])
@@ -194,7 +179,7 @@ class Timeline(ABC, Generic[F]):
         self.design, self.cycles, self.frames = design, cycles, frames
         banks = {source.token: source.banks for source in plan.sources if source.token}
         numbers = {**banks, **tokens, **dict.fromkeys(plan.follows, 0)}
-        self.tokens = {name: Tokens(number) for name, number in numbers.items()}
+        self.tokens = {name: deque([-NEVER] * number) for name, number in numbers.items()}
         self.products = Products(self, plan)
         self.units: list[Unit] = [self.products]
         self._codes = next(source.stacks[0] for source in plan.sources if not source.token)

@@ -13,9 +13,7 @@ from tfra.model.fixed.learned.design import LearnedDesign
 def judged(design: LearnedDesign) -> data.StructLayout:
     """:class:`tfra.model.fixed.learned.resultant.Judged`."""
     word = signed(design.widths.output)
-    return data.StructLayout(
-        {"words": data.ArrayLayout(word, 3), "uncertainty": word, "limited": 1, "implausible": 1}
-    )
+    return data.StructLayout({"words": data.ArrayLayout(word, 3), "uncertainty": word, "limited": 1, "implausible": 1})
 
 
 def angle(design: LearnedDesign) -> data.StructLayout:
@@ -31,9 +29,7 @@ def friction(design: LearnedDesign) -> data.StructLayout:
 
 def header(design: LearnedDesign) -> data.StructLayout:
     """What is known of a frame before its forces at the taxels."""
-    return data.StructLayout(
-        {"judged": judged(design), "angle": angle(design), "friction": friction(design)}
-    )
+    return data.StructLayout({"judged": judged(design), "angle": angle(design), "friction": friction(design)})
 
 
 def contact(design: LearnedDesign) -> data.StructLayout:
@@ -55,13 +51,8 @@ def most_shift(design: LearnedDesign) -> int:
 
 def share(design: LearnedDesign) -> data.StructLayout:
     """A mantissa of :class:`tfra.model.fixed.learned.share.Share`, with its shift."""
-    return data.StructLayout(
-        {
-            "mantissa": signed(design.formats.bits("scalar")),
-            "shift": counter_shape(most_shift(design)),
-            "even": 1,
-        }
-    )
+    mantissa, shift = signed(design.formats.bits("scalar")), counter_shape(most_shift(design))
+    return data.StructLayout({"mantissa": mantissa, "shift": shift, "even": 1})
 
 
 def force(design: LearnedDesign) -> data.StructLayout:

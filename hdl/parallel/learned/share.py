@@ -85,8 +85,8 @@ class Share(wiring.Component):
         m.d.sync += counts.eq(counts >> 1)
         with m.If(self.p.valid):
             m.d.sync += [
-                words.eq(_joined(self.p.p, bits)),
-                counts.eq(_counted(single_x, single_y)),
+                words.eq(Cat(word[:bits] for word in self.p.p)),  # none of them is negative
+                counts.eq(Cat(1, ~single_x, ~single_y, ~single_x & ~single_y)),  # by place, the first of its taxel
                 adding.eq(1),
             ]
         m.d.sync += word.eq(Mux(counts[0], words[:bits], 0))
@@ -143,13 +143,3 @@ class Share(wiring.Component):
             sent.even.eq(even),
         ]
         return done & last
-
-
-def _joined(quad: Any, bits: int) -> Value:
-    """The words of a quad, none of them negative, without their signs."""
-    return Cat(quad[k][:bits] for k in range(4))
-
-
-def _counted(single_x: Value, single_y: Value) -> Value:
-    """By place, whether it is the first of its taxel."""
-    return Cat(1, ~single_x, ~single_y, ~single_x & ~single_y)

@@ -77,7 +77,7 @@ class LearnedTimeline(engine.Timeline[Frame]):
         blocks = ("total.latency", "resultant.latency", "friction.latency")
         frame = self.frames[number]
         frame.friction = results[0] + sum(self.cycles[block] for block in blocks)
-        self.tokens["scalars_token"].give(frame.friction + SEEN)
+        self.tokens["scalars_token"].append(frame.friction + SEEN)
         if "field" not in self.design.stacks:
             self._words(number)
 
@@ -99,4 +99,4 @@ class LearnedTimeline(engine.Timeline[Frame]):
         header = max(frame.friction + way, before.words[-1] + 1 if before else 0)
         planes = [mantissa + way + cycles["forces.latency"] for mantissa in frame.mantissas]
         frame.words = self.result_words(header, planes)
-        self.tokens["frame_token"].give(frame.words[-1] + SEEN)
+        self.tokens["frame_token"].append(frame.words[-1] + SEEN)

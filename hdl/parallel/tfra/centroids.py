@@ -109,11 +109,8 @@ class Centroids(wiring.Component):
         negative, seen = code[-1], magnitude_bits(code)
         for name, chosen, carry in (("compression", negative, negative), ("traction", ~negative, 0)):
             # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
-            zone = _Zone(self._design, flags)
-            m.submodules[name] = zone
-            m.d.comb += zone.bits.eq(Mux(chosen, seen, 0))
-            m.d.comb += zone.carry.eq(carry)
-            m.d.comb += getattr(solver, name).eq(zone.sums)
+            zone = _zone(m, self._design, flags, Mux(chosen, seen, 0), carry, name)
+            m.d.comb += getattr(solver, name).eq(zone)
         m.d.comb += [
             solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
             solver.load_u.eq(flags[_STAGES.index("v")].last),  # after the stage of s and u
@@ -149,33 +146,24 @@ def _sums(design: Design) -> data.StructLayout:
     return data.StructLayout({"s": unsigned(w.magnitude), "u": moment, "v": moment})
 
 
-class _Zone(Elaboratable):
-    """Sum and moments of compression or traction; the taxel is ``bits + carry``.
+def _zone(m: Module, design: Design, flags: list[data.View], bits: Value, carry: Value | int, name: str) -> data.View:
+    """Sum and moments of compression or traction of the frame until now; the taxel is ``bits + carry``.
 
     A stage each: ``row``; ``s`` and ``u`` in stage ``sum``; ``v``.
     """
-
-    def __init__(self, design: Design, flags: list[data.View]) -> None:
-        self._design, self._flags = design, flags
-        self.bits = Signal(design.adc.bits - 1)  # of a taxel, without its carry
-        self.carry = Signal()  # is added to ``bits``
-        self.sums = Signal(_sums(design), reset_less=True)  # of the frame until now
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        at_row, at_sum, at_v, _ = self._flags
-        sums = self.sums
-        longest = self._design.sensor.columns << (self._design.adc.bits - 1)
-        row = Signal(longest.bit_length(), reset_less=True)
-        with m.If(at_row.taxel):
-            m.d.sync += row.eq(add_carry(Mux(at_row.row_start, 0, row), self.bits, self.carry))
-        with m.If(at_sum.taxel):
-            m.d.sync += sums.u.eq(Mux(at_sum.row_start & at_sum.first_row, 0, sums.u) + row)
-        with m.If(at_sum.row_end):
-            m.d.sync += sums.s.eq(Mux(at_sum.first_row, 0, sums.s) + row)
-        with m.If(at_v.row_end):
-            m.d.sync += sums.v.eq(Mux(at_v.first_row, 0, sums.v) + sums.s)
-        return m
+    at_row, at_sum, at_v, _ = flags
+    sums = Signal(_sums(design), name=f"{name}_sums", reset_less=True)
+    longest = design.sensor.columns << (design.adc.bits - 1)
+    row = Signal(longest.bit_length(), name=f"{name}_row", reset_less=True)
+    with m.If(at_row.taxel):
+        m.d.sync += row.eq(add_carry(Mux(at_row.row_start, 0, row), bits, carry))
+    with m.If(at_sum.taxel):
+        m.d.sync += sums.u.eq(Mux(at_sum.row_start & at_sum.first_row, 0, sums.u) + row)
+    with m.If(at_sum.row_end):
+        m.d.sync += sums.s.eq(Mux(at_sum.first_row, 0, sums.s) + row)
+    with m.If(at_v.row_end):
+        m.d.sync += sums.v.eq(Mux(at_v.first_row, 0, sums.v) + sums.s)
+    return sums
 
 
 class _Solver(Elaboratable):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from tfra.hdl.lib.streams import Buffer, PerFrameFifo, Router
 from tfra.hdl.parallel.core import timeline as engine
-from tfra.hdl.parallel.core.timeline import IDLE, NEVER, SEEN, Decision, last_entry
+from tfra.hdl.parallel.core.timeline import IDLE, NEVER, SEEN, Decision, last_entry, visible
 from tfra.hdl.parallel.tfra.blocks import PLAN
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
 from tfra.hdl.parallel.tfra.forces import PLANES
@@ -73,7 +73,7 @@ class Updates:
             ready.append((seen, "e1" if self._e1_is_next else "e0"))
         if not ready:
             return IDLE
-        bank = self._timeline.tokens["bank_token"].visible
+        bank = visible(self._timeline.tokens["bank_token"])
         cycle = max(self._begin_from, min(seen for seen, _ in ready), bank)
         vector = next(name for seen, name in ready if seen <= cycle)
         return Decision(cycle, lambda: self._run(cycle, vector))
@@ -81,7 +81,7 @@ class Updates:
     def _run(self, cycle: int, vector: str) -> None:
         """Beats of a vector enter where none of a product of forces does."""
         timeline, entry = self._timeline, cycle
-        timeline.tokens["bank_token"].take()
+        timeline.tokens["bank_token"].popleft()
         for _ in range(timeline.design.quads * timeline.design.cycles_per_quad):
             entry += 1
             while entry in self.force_beats:
@@ -206,12 +206,12 @@ class TfraTimeline(engine.Timeline[Frame]):
         cycles, beats, quads = self.cycles, self.design.cycles_per_quad, self.design.quads
         self._updates.force_beats |= {cycle + beat for cycle in results for beat in range(beats)}
         end = results[-1] + beats
-        self.tokens["frame_token"].give(end + SEEN)
+        self.tokens["frame_token"].append(end + SEEN)
         planes = [last + beats - 1 for last in results[quads - 1 :: quads]]
         self._words(number, planes)
         to_result = cycles["scaling.force_latency"] + cycles["forces.read_latency"]
         last_force = self.frames[number].words[-2]
-        self.tokens["plane_token"].give(last_force - to_result + 1 + SEEN)
+        self.tokens["plane_token"].append(last_force - to_result + 1 + SEEN)
 
     def _words(self, number: int, planes: list[int]) -> None:
         """Result words: the header after the gain, forces as their ``planes`` come."""

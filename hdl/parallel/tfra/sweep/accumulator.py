@@ -1,11 +1,11 @@
 """A memory of sums: adds a value at an address in every cycle; later reads all sums in order and clears them."""
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from amaranth import Module, Mux, Signal, Value, unsigned
-from amaranth.lib import data, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib import data
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
@@ -25,7 +25,7 @@ class _Addition(NamedTuple):
     valid: Value
 
 
-class Accumulator(wiring.Component):
+class Accumulator:
     """``sum[address] += value`` in every cycle, back to back to the same address too; later all sums in order.
 
     ::
@@ -54,46 +54,52 @@ class Accumulator(wiring.Component):
     does the same, since a memory has no reset.
 
     Arguments:
-        value: layout of the addends: unsigned fields, each with its own sum.
-        total: layout of the sums: the same fields, long enough for every sum.
+        m: the module that it is a part of.
+        total: layout of the sums: fields long enough for every sum.
         entries: number of addresses.
         banks: 1, or 2 for even and odd addresses, which are read together.
+        address: of the addition, 0 ... ``entries - 1``.
+        value: the addend: unsigned fields, each with its own sum.
+        valid: there is an addition in this cycle.
+        drain: a pulse, after the last addition; the next one may come two cycles after the last row's read.
 
     Resources: a memory of ``entries`` sums, an adder for each field, four comparators of addresses.
     """
 
-    def __init__(self, value: data.StructLayout, total: data.StructLayout, entries: int, banks: int) -> None:
+    def __init__(
+        self,
+        m: Module,
+        total: data.StructLayout,
+        entries: int,
+        banks: int,
+        *,
+        address: Value,
+        value: Mapping[str, Value],
+        valid: Value,
+        drain: Value,
+    ) -> None:
         self._total, self._banks, self._depth = total, banks, -(-entries // banks)
-        super().__init__({
-            "address": In(counter_shape(entries - 1)),  # of the addition, 0 ... ``entries - 1``
-            "value": In(value),  # the addend
-            "valid": In(1),  # there is an addition in this cycle
-            # A pulse, after the last addition; the next one may come two cycles after the last row's read.
-            "drain": In(1),
-            "draining": Out(1, init=1),  # rows are read, from ``DRAIN`` cycles after ``drain`` on
-            # The sums of a row, ``READ`` cycles after its read; the lower address first.
-            "rows": Out(total).array(banks),
-        })
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        row = self._drain(m)
+        self._address, self._valid = address, valid
+        self.draining = Signal(init=1)
+        """Rows are read, from ``DRAIN`` cycles after ``drain`` on."""
+        self.rows: list[data.View] = []
+        """The sums of a row, ``READ`` cycles after its read; the lower address first."""
+        row = self._drain(m, drain)
         flight = self._flight(m)
-        total = Signal(self._total, name="sum", reset_less=True)
-        word = self._memories(m, row, flight, total.as_value())
-        before = data.View(self._total, self._before(m, flight, word, total.as_value()))
-        for field, _ in self._total:
-            value = delayed(m, self.value[field], _STAGES.index("stored"), f"value_{field}")
-            m.d.sync += total[field].eq(before[field] + value)
+        total_sum = Signal(total, name="sum", reset_less=True)
+        word = self._memories(m, row, flight, total_sum.as_value())
+        before = data.View(total, self._before(m, flight, word, total_sum.as_value()))
+        for field, _ in total:
+            late = delayed(m, value[field], _STAGES.index("stored"), f"value_{field}")
+            m.d.sync += total_sum[field].eq(before[field] + late)
         with m.If(self.draining):  # the zero that clears the row which is read now
-            m.d.sync += total.as_value().eq(0)
-        return m
+            m.d.sync += total_sum.as_value().eq(0)
 
-    def _drain(self, m: Module) -> Signal:
+    def _drain(self, m: Module, drain: Value) -> Signal:
         """The row that is read while ``draining``."""
         last = self._depth - 1
         row = Signal(counter_shape(last))
-        begin = delayed(m, self.drain, DRAIN - 1, "drain_waits", control=True)
+        begin = delayed(m, drain, DRAIN - 1, "drain_waits", control=True)
         with m.If(self.draining):
             m.d.sync += self.draining.eq(row != last)
             m.d.sync += row.eq(Mux(row == last, 0, row + 1))
@@ -103,7 +109,7 @@ class Accumulator(wiring.Component):
 
     def _flight(self, m: Module) -> dict[str, _Addition]:
         """The addition in each stage."""
-        flight = {"port": _Addition(self.address, self.valid)}
+        flight = {"port": _Addition(self._address, self._valid)}
         for before, stage in pairwise(_STAGES):
             address, valid = flight[before]
             flight[stage] = _Addition(
@@ -122,9 +128,9 @@ class Accumulator(wiring.Component):
             memory = Ram(m, f"bank{bank}", unsigned(len(total)), max(2, self._depth))  # ports need an address
             in_bank = written.valid & (written.address[0] == bank) if bank_bits else written.valid
             memory.write(clear | in_bank, address, total)
-            read = memory.read(Mux(self.draining, row, self.address >> bank_bits))
+            read = memory.read(Mux(self.draining, row, self._address >> bank_bits))
             words.append(register(m, read, f"word{bank}"))
-            m.d.comb += self.rows[bank].as_value().eq(words[bank])
+            self.rows.append(data.View(self._total, words[bank]))
         return Mux(flight["word"].address[0], words[1], words[0]) if bank_bits else words[0]
 
     def _before(self, m: Module, flight: dict[str, _Addition], word: Value, total: Value) -> Value:

@@ -121,18 +121,24 @@ class Sums(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.crossing = crossing = Crossing(self._design, len(self.first))
-        m.submodules.entries = entries = self._entries()
         m.d.comb += [
             crossing.first.eq(self.first),
             crossing.rises.eq(~self.step[-1]),
             crossing.i_size.eq(self.size),
             crossing.i_valid.eq(self.i_valid),
-            entries.address.eq(crossing.before),
-            entries.value.size.eq(crossing.size),
-            entries.value.excess.eq(crossing.excess),
-            entries.valid.eq(crossing.valid),
-            entries.drain.eq(delayed(m, self.ended, crossing_latency(self._design), "crossings_end", control=True)),
         ]
+        # Those of candidates 1 ... K have the addresses 0 ... K - 1.
+        fields = {"size": crossing.size, "excess": crossing.excess}
+        entries = Accumulator(
+            m,
+            data.StructLayout(dict.fromkeys(fields, unsigned(slope_bits(self._design)))),
+            self._design.search.steps,
+            at_once(self._design),
+            address=crossing.before,
+            value=fields,
+            valid=crossing.valid,
+            drain=delayed(m, self.ended, crossing_latency(self._design), "crossings_end", control=True),
+        )
         when = self._phases(m, entries.draining)
         if self._pairs:
             size, excess = self._pair(m, *entries.rows)
@@ -142,13 +148,6 @@ class Sums(wiring.Component):
         total = self._total(m, when, slope, excess)
         self._send(m, when, total, slope, entries.rows[0].excess)
         return m
-
-    def _entries(self) -> Accumulator:
-        """Size and excess of the crossings at candidates 1 ... K, which have the addresses 0 ... K - 1."""
-        fields = ("size", "excess")
-        value = data.StructLayout(dict.fromkeys(fields, unsigned(self._design.widths.vector)))
-        total = data.StructLayout(dict.fromkeys(fields, unsigned(slope_bits(self._design))))
-        return Accumulator(value, total, self._design.search.steps, at_once(self._design))
 
     def _phases(self, m: Module, draining: Value) -> _Phases:
         """Operations on slope and sum, after the reads of entries."""
