@@ -1,7 +1,7 @@
 """The cores of every estimator.  Only this module reads ``design.architecture.kind``."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.parallel.learned.core import LearnedParallel
@@ -14,31 +14,25 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign
 
-
-class Cores(NamedTuple):
-    """The parallel core of an estimator, and the program of its serial core."""
-
-    parallel: Callable[[Any], Microarchitecture]
-    program: Callable[[Any], Program]
-
-
-CORES: dict[type[Design], Cores] = {
-    TfraDesign: Cores(TfraParallel, tfra_program),
-    LearnedDesign: Cores(LearnedParallel, learned_program),
+CORES: dict[type[Design], tuple[Callable[[Any], Microarchitecture], Callable[[Any], Program]]] = {
+    TfraDesign: (TfraParallel, tfra_program),
+    LearnedDesign: (LearnedParallel, learned_program),
 }
-"""By the estimator, a line each."""
+"""By the estimator, a line each: its parallel core, and the program of its serial core."""
 
 
 def microarchitecture(design: Design) -> Microarchitecture:
     """The microarchitecture of ``design``, without building a core."""
-    return as_serial(design) if design.architecture.kind == "serial" else CORES[type(design)].parallel(design)
+    parallel, _ = CORES[type(design)]
+    return as_serial(design) if design.architecture.kind == "serial" else parallel(design)
 
 
 def as_serial(design: Design) -> Serial:
     """The serial core of ``design``, whatever its architecture."""
-    return Serial(design, CORES[type(design)].program)
+    _, program = CORES[type(design)]
+    return Serial(design, program)
 
 
 def program(design: Design) -> Program:
     """The serial core's program of ``design``; raises ``ValueError`` when it does not fit the memories."""
-    return CORES[type(design)].program(design)
+    return CORES[type(design)][1](design)

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import Buffer, always_ready_stream
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector, summed_angle
+from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, summed_angle
 from tfra.model.fixed.cordic import ANGLE_GUARD, iterations
 from tfra.model.fixed.design import Design
 
@@ -33,16 +33,11 @@ class Angle(wiring.Component):
         self._design = design
         super().__init__({
             "vector": In(always_ready_stream(cordic_vector(design))),  # x and y
-            "turned": Out(always_ready_stream(cordic_modulus(design))),  # the modulus, ``latency`` cycles later
+            "turned": Out(always_ready_stream(cordic_modulus(design))),  # the modulus, ``cordic_latency`` cycles later
             # Fact of the frame; ``cos`` and ``sin`` are looked at.
             "direction": In(stream.Signature(payloads.direction(design))),
             "phi": Out(stream.Signature(unsigned(iterations(design)))),  # one transfer a direction
         })
-
-    @property
-    def latency(self) -> int:
-        """Cycles from the transfer of ``vector`` to that of ``turned``."""
-        return cordic_latency(self._design)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -60,16 +60,11 @@ class Cordic(wiring.Component):
         self._design = design
         super().__init__({
             "vector": In(always_ready_stream(cordic_vector(design))),  # ``x``, ``y``
-            # The modulus, ``latency`` cycles after the vector.
+            # The modulus, ``cordic_latency`` cycles after the vector.
             "turned": Out(always_ready_stream(cordic_modulus(design))),
             # Bit i: the vector that came i + 1 cycles ago is turned upwards by rotation i.
             "negative": Out(iterations(design)),
         })
-
-    @property
-    def latency(self) -> int:
-        """Cycles from the transfer of a vector to that of its modulus."""
-        return cordic_latency(self._design)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -85,7 +80,7 @@ class Cordic(wiring.Component):
             )
         m.d.comb += [
             self.turned.payload.eq(x),
-            self.turned.valid.eq(delayed(m, self.vector.valid, self.latency, "valid", control=True)),
+            self.turned.valid.eq(delayed(m, self.vector.valid, cordic_latency(self._design), "valid", control=True)),
         ]
         return m
 

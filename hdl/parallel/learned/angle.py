@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, summed_angle
+from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, summed_angle
 from tfra.hdl.parallel.learned.payloads import angle
 from tfra.model.fixed.cordic import ANGLE_GUARD
 from tfra.model.fixed.learned.design import LearnedDesign
@@ -29,28 +29,23 @@ class Angle(wiring.Component):
     """
 
     def __init__(self, design: LearnedDesign) -> None:
-        self._design, self._cordic = design, Cordic(design)
+        self._design = design
         super().__init__({
             "force": In(always_ready_stream(payloads.total(design))),  # the resultant, one transfer a frame
-            # One transfer a frame, ``latency`` cycles later.
+            # One transfer a frame, ``cordic_latency`` cycles later.
             "modulus": Out(always_ready_stream(cordic_modulus(design))),
             # One transfer a frame, ``angle_latency`` cycles after ``force``; it stays until the next frame.
             "angle": Out(always_ready_stream(angle(design))),
         })
 
     @property
-    def latency(self) -> int:
-        """Cycles from the transfer of ``force`` to that of ``modulus``."""
-        return self._cordic.latency
-
-    @property
     def angle_latency(self) -> int:
         """Cycles from the transfer of ``force`` to that of ``angle``: the sum is a register behind the rotations."""
-        return self._cordic.latency + 1
+        return cordic_latency(self._design) + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.cordic = cordic = self._cordic
+        m.submodules.cordic = cordic = Cordic(self._design)
         x, y = self.force.p.words[0], self.force.p.words[1]
         enter = self.force.valid
         marks = Signal(len(cordic.negative))  # bit i: the force is before rotation i

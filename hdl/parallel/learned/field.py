@@ -91,11 +91,11 @@ class Field(wiring.Component):
 
     def _vectors(self, m: Module, name: str) -> Vectors:
         """Memory of the results of an operator."""
-        m.submodules[name] = vectors = Vectors(self._design, headroom=name != "inverse")
+        write = always_ready_stream(taxel_quad(self._design)).create(path=(name,))
         selected = self.result.valid & self.result.p.kind[self._design.kinds.index(name)]
-        m.d.comb += vectors.write.valid.eq(selected)
-        m.d.comb += (into.eq(word) for into, word in zip(vectors.write.p, self.result.p.words, strict=True))
-        return vectors
+        m.d.comb += write.valid.eq(selected)
+        m.d.comb += (into.eq(word) for into, word in zip(write.p, self.result.p.words, strict=True))
+        return Vectors(m, self._design, write, name, headroom=name != "inverse")
 
     def _run(self, m: Module, complete: Value) -> tuple[Signal, Signal, Signal]:
         """Words enter while the first is high; number of the word, and the place of its frame."""

@@ -4,11 +4,11 @@ from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, driver, register, registered_zeros, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.parallel.matvec.plan import Source, stack_number
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
@@ -54,26 +54,23 @@ class OperandBuffer(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         depth = 1 << len(self.read) if self._banks == 2 else self._quads
-        m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=depth, init=[])
-        write, read = memory.write_port(), memory.read_port()
-        stored = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "stored"))
-        ended = Signal()
-        number, last = wrapping_counter(m, write.en, self._quads, "quad_number")
+        shape, transfer, ended = self.operand.p.shape(), Signal(), Signal()
+        memory = Ram(m, "memory", shape, depth)
+        number, last = wrapping_counter(m, transfer, self._quads, "quad_number")
+        memory.write(transfer, Cat(number, self.filling), self.operand.p)
+        stored = data.View(shape, delayed(m, memory.read(self.read).as_value(), READ - 1, "stored"))
         m.d.comb += [
-            write.en.eq(self.operand.valid & self.operand.ready),
-            write.addr.eq(Cat(number, self.filling)),
-            write.data.eq(self.operand.p),
-            read.addr.eq(self.read),
-            ended.eq(write.en & last),
+            transfer.eq(self.operand.valid & self.operand.ready),
+            ended.eq(transfer & last),
             *(word.eq(short << self._fraction) for word, short in zip(self.quad, stored, strict=True)),
         ]
         if self._banks == 2:
             m.d.sync += self.filling.eq(self.filling ^ ended)
             m.d.sync += self.head.eq(self.head ^ self.free)
         if self._flowing:
-            self._track_flowing_bank(m, write.en, last)
+            self._track_flowing_bank(m, transfer, last)
         else:
-            self._track_banks(m, write.en, ended, number == 0)
+            self._track_banks(m, transfer, ended, number == 0)
         return m
 
     def _track_flowing_bank(self, m: Module, transfer: Value, last: Value) -> None:

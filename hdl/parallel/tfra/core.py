@@ -14,10 +14,9 @@ from tfra.hdl.lib.streams import Fork, Router, broadcast
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.core.core import PLACES, Core, Watched
 from tfra.hdl.parallel.core.microarchitecture import Parallel
-from tfra.hdl.parallel.tfra.blocks import Blocks
+from tfra.hdl.parallel.tfra.blocks import FACTS, Blocks, product_routes
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.forces import PLANES
-from tfra.hdl.parallel.tfra.routes import FACTS, product_routes
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 from tfra.hdl.parallel.tfra.timeline import TfraTimeline
 from tfra.model.fixed.design import Design

@@ -3,12 +3,13 @@
 from typing import Any
 
 from amaranth import Array, Cat, Module, Signal, Value, signed
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import quad, round_off
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import TOKEN, Fifo, Tokens, always_ready_stream
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number, beat_valid, select_beat
 from tfra.hdl.parallel.payloads import vector_quad
@@ -66,7 +67,7 @@ class Forces(wiring.Component):
         m.submodules.unfold = self._unfold
         m.submodules.plane_tokens = plane_tokens = Tokens(PLANES // 3, every=3)
         wiring.connect(m, plane_tokens.o, wiring.flipped(self.plane_token))
-        m.submodules.planes = planes = memory.Memory(shape=words, depth=depth, init=[])
+        planes = Ram(m, "planes", words, depth)
         entered = Signal()
         left = Signal()
         full = occupancy(m, PLANES, entered, left)
@@ -74,33 +75,33 @@ class Forces(wiring.Component):
             self._unfold.i.valid.eq(self.folded.valid),
             self._unfold.i.payload.eq(self.folded.payload),
             self._unfold.o.ready.eq(1),
-            entered.eq(self._write(m, planes.write_port())),
-            left.eq(self._read(m, planes.read_port(), full[0])),
+            entered.eq(self._write(m, planes)),
+            left.eq(self._read(m, planes, full[0])),
             plane_tokens.give.eq(register(m, left, "plane_left", control=True)),
         ]
         return m
 
-    def _write(self, m: Module, port: Any) -> Value:
+    def _write(self, m: Module, planes: Ram) -> Value:
         """Round the unfolded quads and store them; high with a plane's last."""
         design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
         rounded = Signal(quad(design.widths.force), reset_less=True)
         plane = Signal(range(PLANES), name="write_plane")
         ends = Signal()
-        number, last = wrapping_counter(m, port.en, design.quads * design.cycles_per_quad, "write_number")
+        enable = Signal(name="write_enable")
+        number, last = wrapping_counter(m, enable, design.quads * design.cycles_per_quad, "write_number")
         ends_quad = beat_in_quad(design, number) == design.cycles_per_quad - 1
         m.d.comb += [
-            port.addr.eq(Cat(number, plane)),
-            port.data.eq(select_beat(design, rounded, number)),
-            port.en.eq(beat_valid(m, register(m, unfolded.valid, "rounded_valid", control=True), ends_quad)),
-            ends.eq(port.en & last),
+            enable.eq(beat_valid(m, register(m, unfolded.valid, "rounded_valid", control=True), ends_quad)),
+            ends.eq(enable & last),
         ]
+        planes.write(enable, Cat(number, plane), select_beat(design, rounded, number))
         with m.If(unfolded.valid):
             for k in range(4):
                 m.d.sync += rounded[k].eq(round_off(unfolded.payload[k], drop))
         m.d.sync += plane.eq(plane + ends)
         return ends
 
-    def _read(self, m: Module, port: Any, full: Value) -> Value:
+    def _read(self, m: Module, planes: Ram, full: Value) -> Value:
         """Read the taxels of a ``full`` plane; high with the last read."""
         plane = Signal(range(PLANES), name="read_plane")
         ends = Signal()
@@ -108,8 +109,7 @@ class Forces(wiring.Component):
         number, word = self._locate(raster)
         m.d.comb += [
             ends.eq(read & raster.last),
-            port.addr.eq(Cat(number, plane)),
-            fifo.i.payload.eq(register(m, self._select_word(m, port, word), "word")),
+            fifo.i.payload.eq(register(m, self._select_word(m, planes.read(Cat(number, plane)), word), "word")),
         ]
         m.d.sync += plane.eq(plane + ends)
         return ends
@@ -121,9 +121,9 @@ class Forces(wiring.Component):
         number = Cat(mirror[word_bits:], raster.quad)[: beat_number(self._design).width]
         return number, mirror[:word_bits]
 
-    def _select_word(self, m: Module, port: Any, word: Value) -> Value:
+    def _select_word(self, m: Module, beat: Any, word: Value) -> Value:
         """The word of the beat that was read for it, ``READ`` cycles ago."""
-        beat = data.View(port.data.shape(), register(m, port.data.as_value(), "beat"))
+        beat = data.View(beat.shape(), register(m, beat.as_value(), "beat"))
         if not len(word):
             return beat[0]
         return Array(beat[k] for k in range(len(beat)))[delayed(m, word, READ, "word_in_beat")]

@@ -9,7 +9,7 @@ from tests.hdl.parallel.designs import Joined, make
 from tests.marks import STALLS
 from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.hdl.parallel.angle import Angle
-from tfra.hdl.parallel.cordic import cordic_modulus, cordic_word
+from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_word
 from tfra.model.choices import DIVISION_GUARD
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
@@ -60,7 +60,7 @@ def test_directions_never_hold_up_a_vector():
     seen = run(dut, sent, {"moduli.o": NUMBER, "angle.phi": NUMBER}, stall_in=flowing).cycles
     assert set(np.diff(seen["angle.vector"])) == {1}
     waits = {out - into for into, out in zip(seen["angle.vector"], seen["moduli.o"], strict=True)}
-    assert waits == {dut.angle.latency + PerFrameFifo.latency}
+    assert waits == {cordic_latency(d) + PerFrameFifo.latency}
 
 
 def test_a_wrong_bit_is_noticed():

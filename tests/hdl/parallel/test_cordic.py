@@ -13,7 +13,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from tests.hdl.parallel.designs import make
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, cordic_word
+from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector, cordic_word
 from tfra.model.choices import Formats
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
@@ -88,11 +88,10 @@ def test_equals_the_model(name, stall_in):
 def test_latency(name):
     """A vector a cycle."""
     sent = vectors(DESIGNS[name], seed=3)[:8]
-    dut = Turned(DESIGNS[name])
-    seen = run(dut, {"vector": sent}, {"turned": len(sent)}).cycles
+    seen = run(Turned(DESIGNS[name]), {"vector": sent}, {"turned": len(sent)}).cycles
     assert set(np.diff(seen["vector"])) == {1}
     waits = {out - into for into, out in zip(seen["vector"], seen["turned"], strict=True)}
-    assert waits == {dut.cordic.latency}
+    assert waits == {cordic_latency(DESIGNS[name])}
 
 
 def test_values_known_by_heart():

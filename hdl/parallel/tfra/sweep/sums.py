@@ -184,7 +184,9 @@ class Sums(wiring.Component):
 
     def _send(self, m: Module, when: _Phases, total: Signal, slope: Signal, odd_excess: Value) -> None:
         """Sums of a row; where they come in pairs, the odd candidate's is made from that of the even one before it."""
-        clearing = self._clearing(m)
+        clearing = Signal(init=1)  # the entries being read belong to no frame, after a reset
+        with m.If(self.ended):
+            m.d.sync += clearing.eq(0)
         odd = when.sum_adds
         even = when.sum_adds
         if rows(self._design) > _reads(self._design):  # the last candidate is even, and comes after all entries
@@ -201,13 +203,6 @@ class Sums(wiring.Component):
         else:
             m.d.comb += self.sums[0].eq(total)
             m.d.comb += self.valid.eq(valid)
-
-    def _clearing(self, m: Module) -> Signal:
-        """The entries being read belong to no frame, after a reset."""
-        clearing = Signal(init=1)
-        with m.If(self.ended):
-            m.d.sync += clearing.eq(0)
-        return clearing
 
     @staticmethod
     def _pair(m: Module, odd: Any, even: Any) -> tuple[Value, Value]:
