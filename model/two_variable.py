@@ -65,19 +65,18 @@ class Conditions:
     def functionals(self, mu_x: npt.ArrayLike, mu_y: npt.ArrayLike) -> Floats:
         """Pi1, Pi2, Pi3, each in (0, 1], in an array ``(3, ...)``; ``mu_x`` and ``mu_y`` broadcast."""
         mu_x, mu_y = np.broadcast_arrays(mu_x, mu_y)
-        u = np.stack([np.ones(mu_x.shape), mu_x, mu_y], axis=-1)
-        residuals = np.maximum(u @ self.normal, 0.0), u @ self.similar, u @ self.pinch
+        residuals = self._residuals(np.stack([np.ones(mu_x.shape), mu_x, mu_y], axis=-1))
         return 1.0 / (1.0 + np.stack([(r * r).sum(axis=-1) for r in residuals]))
+
+    def _residuals(self, u: Floats) -> tuple[Floats, Floats, Floats]:
+        return np.maximum(u @ self.normal, 0.0), u @ self.similar, u @ self.pinch
 
     def loss(self, mu: Floats) -> tuple[float, Floats]:
         """-log Pi at ``mu = (mu_x, mu_y)`` and its gradient ``(2,)``."""
-        u = np.array([1.0, *mu])
-        value, gradient = 0.0, np.zeros(3)
-        for matrix, clipped in ((self.normal, True), (self.similar, False), (self.pinch, False)):
-            r = np.maximum(u @ matrix, 0.0) if clipped else u @ matrix
-            misfit = float(r @ r)
-            value += np.log1p(misfit)
-            gradient += 2.0 / (1.0 + misfit) * (matrix @ r)
+        value, gradient, residuals = 0.0, np.zeros(3), self._residuals(np.array([1.0, *mu]))
+        for matrix, r in zip((self.normal, self.similar, self.pinch), residuals, strict=True):
+            value += float(np.log1p(r @ r))
+            gradient += 2.0 / (1.0 + r @ r) * (matrix @ r)
         return value, gradient[1:]
 
     def best(self) -> Floats:
@@ -126,8 +125,9 @@ class TwoVariable:
         for i in np.flatnonzero(regular):
             a, n = self.coefficients(unit[i])
             mu[i] = Conditions.of(self.sensor, a, n).best()
-            found = self._scaled(a[:, 0] + mu[i, 0] * a[:, 1] + mu[i, 1] * a[:, 2], unit[i])  # Eq. 10
-            forces[i] = np.ldexp(found, exponents[i])
+            found = a[:, 0] + mu[i, 0] * a[:, 1] + mu[i, 1] * a[:, 2]  # Eq. 10
+            f_sens, f_star = np.abs(unit[i]).sum() * self.sensor.taxel_area, np.linalg.norm(found.sum(axis=1))
+            forces[i] = np.ldexp(found * (f_sens / f_star if f_star > 0 else 0.0), exponents[i])  # Eqs. 29-31
         pressed = contact & ~traction
         forces[pressed, 2] = b[pressed] @ self._ops.c33_inv.T
         return self._result(forces, mu, contact, regular)
@@ -142,12 +142,6 @@ class TwoVariable:
         a[1, 2] += n
         a[2, 0] -= n
         return a, n
-
-    def _scaled(self, forces: Floats, b: Floats) -> Floats:
-        """``forces (3, m)`` scaled to the modulus that the sensor measures (Eqs. 29-31), or zero without resultant."""
-        f_sens = np.abs(b).sum() * self.sensor.taxel_area
-        f_star = np.linalg.norm(forces.sum(axis=1))
-        return forces * (f_sens / f_star if f_star > 0 else 0.0)
 
     def _result(self, forces: Floats, mu: Floats, contact: Bools, regular: Bools) -> Result:
         """Resultant (Eq. 12), friction (Eq. 15), direction (Eq. 16) and status of ``forces (n, 3, m)``."""

@@ -64,7 +64,10 @@ def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -
         stored = _load(store, name)
         with reporter("simulating", COVERS, 0) as advance:
             trainer = Trainer(sensor, budget.counts, budget.seed, advance)
-        steps, state = stored or (_steps(budget, trainer), trainer.first())
+        steps = budget.steps or STEPS
+        if stored is None and budget.minutes is not None:
+            steps = max(TRIED, round(60 * budget.minutes / trainer.seconds(TRIED)))
+        steps, state = stored or (steps, trainer.first())
         with reporter("training", steps, state.step) as advance:
             saved = time.monotonic()
 
@@ -106,12 +109,6 @@ def _save(store: Store, name: str, steps: int, state: State) -> None:
 def fingerprint() -> str:
     """Version and sources of everything that determines the weights."""
     return digest(version("tfra"), *texts(sources(codegen, model, runtime, train)))
-
-
-def _steps(budget: Budget, trainer: Trainer) -> int:
-    if budget.minutes is None:
-        return budget.steps or STEPS
-    return max(TRIED, round(60 * budget.minutes / trainer.seconds(TRIED)))
 
 
 def training_facts(budget: Budget, steps: int) -> dict[str, JsonValue]:

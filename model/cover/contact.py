@@ -60,25 +60,19 @@ class Contact:
     as in the paper's Tables 1 and 2.  Eqs. 13, 14 and 32 print F_z and q_z without the modulus; with F_z < 0 that
     would turn phi by 180 degrees against the tables and against Eq. 11.
 
-    Raises ``ValueError`` naming the field for a value outside these ranges or not finite.
+    ``shape`` is a ``ContactShape`` or its name; the centre of the footprint, origin in the first taxel, and its
+    semi-axes or half sides > 0 are in m; F_z < 0 in N, mu >= 0 is the ratio of the tangential to the normal resultant
+    (Eq. 15), phi the direction of the former from the x axis.  Raises ``ValueError`` naming the field for other values.
     """
 
     shape: ContactShape
-    """Pressure profile; a ``ContactShape`` or its name."""
     center_x: float
-    """Centre of the footprint along x, origin in the first taxel, m."""
     center_y: float
-    """The same along y, m."""
     half_x: float
-    """Semi-axis of the ellipse or half side of the rectangle along x, m, > 0."""
     half_y: float
-    """The same along y, m, > 0."""
     normal_force: float
-    """Resultant F_z, N, < 0 (compression)."""
     mu: float
-    """Ratio of the tangential to the normal resultant (Eq. 15), >= 0."""
     phi: float
-    """Direction of the tangential resultant from the x axis, rad."""
 
     def __post_init__(self) -> None:
         try:
@@ -99,10 +93,7 @@ class Contact:
         return tangential * math.cos(self.phi), tangential * math.sin(self.phi), self.normal_force
 
     def pressure(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Floats:
-        """Return the contact pressure -q_z >= 0 at (x, y), Pa.
-
-        ``x`` and ``y`` (m, origin in the first taxel) broadcast.
-        """
+        """Return the contact pressure -q_z >= 0 at (x, y), Pa; ``x`` and ``y`` in m broadcast."""
         u = np.subtract(x, self.center_x) / self.half_x
         v = np.subtract(y, self.center_y) / self.half_y
         return abs(self.normal_force) / (self.half_x * self.half_y) * self.shape.density(u, v)

@@ -59,12 +59,9 @@ _SLACK = 1e-9  # share of a length that rounding may cost
 class Mesh:
     """A graded mesh of boxes whose planes follow the edges of the footprint.
 
-    Attributes:
-        size: Longest side of an element under the contact, m, > 0.
-        layers: Elements through the thickness, thinner towards base and top, at least 2.
-        growth: Ratio of neighbours' sides away from the contact, >= 1; they grow up to half the thickness.
-
-    Raises ``ValueError`` naming the field for a value outside these ranges or not finite.
+    ``size`` > 0 is the longest side of an element under the contact, m; at least 2 ``layers`` of elements get thinner
+    towards base and top; ``growth`` >= 1 is the ratio of neighbours' sides away from the contact, up to half the
+    thickness.  Raises ``ValueError`` naming the field for other values.
     """
 
     size: float = 0.5e-3

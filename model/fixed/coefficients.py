@@ -84,23 +84,17 @@ class Folding:
     """The butterfly of an array as matrices: ``fold (4Q, m)`` and ``unfold (m, 4Q)``, ``unfold @ fold = identity``."""
 
     def __init__(self, choices: Choices) -> None:
-        index, m = taxel_index(choices), choices.sensor.taxels
-        fold = np.zeros((choices.quads, 4, m))
-        unfold = np.zeros((m, choices.quads, 4))
-        count = distinct(choices).sum(axis=1)
-        for quad, places in enumerate(index):
-            for place, taxel in enumerate(places):
-                fold[quad, :, taxel] += HADAMARD[:, place]
-                unfold[taxel, quad] += HADAMARD[:, place] * count[quad] / 16
-        self._choices = choices
-        self.fold, self.unfold = fold.reshape(-1, m), unfold.reshape(m, -1)
+        self._choices, m = choices, choices.sensor.taxels
+        fold = HADAMARD @ (taxel_index(choices)[:, :, None] == np.arange(m)).astype(np.float64)
+        unfold = fold * (distinct(choices).sum(axis=1)[:, None, None] / 16)
+        self.fold, self.unfold = fold.reshape(-1, m), unfold.transpose(2, 0, 1).reshape(m, -1)
 
     def matrix(self, name: str, matrix: Floats, flip: int = EE) -> Operator:
         """Quantise ``matrix (m, m)``, which maps each parity p to p ^ ``flip``."""
         q, parity = self._choices.quads, np.arange(4)
         folded = (self.fold @ matrix @ self.unfold).reshape(q, 4, q, 4)
         exact = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
-        rows, fraction = quantise_rows(self._choices, exact, self._bits(name))
+        rows, fraction = quantise_rows(self._choices, exact, self._choices.formats.bits(f"coefficient.{name}"))
         bare = Operator(name, rows, flip, fraction, 0.0, _row_sum(rows) / 2.0**fraction)
         return replace(bare, gain=_row_sum(self.taxel_matrix(bare)))
 
@@ -110,12 +104,9 @@ class Folding:
         for quad, by_parity in enumerate(functionals):
             for parity, functional in by_parity.items():
                 exact[quad, parity] = (functional @ self.unfold).reshape(-1, 4)[:, parity]
-        rows, fraction = quantise_rows(self._choices, exact, self._bits(name))
+        rows, fraction = quantise_rows(self._choices, exact, self._choices.formats.bits(f"coefficient.{name}"))
         gain = _row_sum(rows) / 2.0**fraction
         return Operator(name, rows, 0, fraction, 4 * gain, gain)
-
-    def _bits(self, name: str) -> int:
-        return self._choices.formats.bits(f"coefficient.{name}")
 
     def taxel_matrix(self, op: Operator) -> Floats:
         """The quantised ``op`` in the taxel domain, unfolded: ``(m, m)``, dimensionless."""
@@ -132,7 +123,9 @@ def quantise_rows(choices: Choices, rows: Floats, bits: int) -> tuple[Ints, int]
     error, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from its
     exact value by at most one, so it fits its word.
     """
-    fraction, order = most_fraction(rows, bits), _serpentine(choices)
+    grid = np.arange(choices.quads).reshape(choices.quad_rows, choices.quad_columns)
+    grid[1::2] = grid[1::2, ::-1].copy()  # rows of the folded array, to and fro: neighbours follow each other
+    fraction, order = most_fraction(rows, bits), grid.ravel()
     running = np.rint(np.cumsum(rows[..., order] * 2.0**fraction, axis=-1))
     words = np.empty(rows.shape, dtype=np.int64)
     words[..., order] = np.diff(running, axis=-1, prepend=0.0)
@@ -149,13 +142,6 @@ def most_fraction(rows: Floats, bits: int) -> int:
     """Most fraction bits with which ``rows`` fit words of ``bits``, each one less than one unit off."""
     largest = float(np.abs(rows).max()) or 1.0
     return int(np.floor(np.log2(((1 << (bits - 1)) - 2) / largest)))
-
-
-def _serpentine(choices: Choices) -> Ints:
-    """Quads in an order in which neighbours follow each other: rows of the folded array, to and fro."""
-    grid = np.arange(choices.quads).reshape(choices.quad_rows, choices.quad_columns)
-    grid[1::2] = grid[1::2, ::-1].copy()
-    return grid.ravel()
 
 
 def _row_sum(rows: Floats | Ints) -> float:

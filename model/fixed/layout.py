@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 from tfra.model.choices import Choices
 from tfra.model.fixed.widths import scalar_fraction
@@ -44,17 +45,12 @@ def make_layout(choices: Choices, out: int, names: Sequence[str]) -> tuple[Field
         Field("exponent", 0, 1, choices.adc.bits.bit_length(), False, 0, 1.0, "1", Overflow.NEVER),
         Field("sweep_index", 0, 1, choices.search.steps.bit_length(), False, 0, 1.0, "1", Overflow.NEVER),
         Field("phi", 0, 1, angle, False, angle, 360.0, "deg", Overflow.WRAP),
-        Field("mu", 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE),
-        Field("mu_x", 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE),
-        Field("mu_y", 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE),
+        *(Field(mu, 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE) for mu in ("mu", "mu_x", "mu_y")),
         Field("resultant", 0, 3, out, True, grid, force, "N", Overflow.SATURATE),
         Field("uncertainty", 0, 1, out, True, grid, force, "N", Overflow.SATURATE),
         Field("forces", 0, 3 * m, out, True, grid, force, "N", Overflow.SATURATE),
         Field("status", 0, 1, STATUS_BITS, False, 0, 1.0, "1", Overflow.NEVER),
     ]
     by_name = {field.name: field for field in known}
-    fields, start = [], 0
-    for name in names:
-        fields.append(replace(by_name[name], start=start))
-        start += by_name[name].count
-    return tuple(fields)
+    starts = accumulate((by_name[name].count for name in names), initial=0)
+    return tuple(replace(by_name[name], start=start) for name, start in zip(names, starts, strict=False))
