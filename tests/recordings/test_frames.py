@@ -240,6 +240,15 @@ def test_unreadable_members(tmp_path: Path, offset: int, value: int, reason: str
     assert refusal(tmp_path / "f.npz") == reason
 
 
+def test_a_member_that_is_shorter_than_it_says(tmp_path: Path) -> None:
+    data = npy(described("(9, 2, 3)"), bytes(400))
+    archive = bytearray(zipped(data))
+    for offset in (22, archive.index(b"PK\x01\x02") + 24):
+        archive[offset : offset + 4] = struct.pack("<I", len(data) + 32)
+    (tmp_path / "f.npz").write_bytes(archive)
+    assert refusal(tmp_path / "f.npz") == "frames: the header promises 432 bytes of numbers, the file ends before them"
+
+
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_a_key_twice(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "f.npz", "w") as archive:
@@ -259,6 +268,8 @@ def test_a_bomb_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_an_archive_of_no_arrays(tmp_path: Path) -> None:
     (tmp_path / "f.npz").write_bytes(zipped(b"hello", name="frames.npy"))
     assert refusal(tmp_path / "f.npz") == "frames: is not a .npy array"
+    (tmp_path / "f.npz").write_bytes(zipped(npy(described("(1, 2, 3)"), SIX, 4)))
+    assert refusal(tmp_path / "f.npz") == "frames: version 1, 2 or 3 of the .npy format is needed, got 4.0"
     (tmp_path / "f.npz").write_bytes(zipped(b"hello", name="x" * 30_000))
     assert len(refusal(tmp_path / "f.npz")) < 300
 

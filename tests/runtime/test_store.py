@@ -18,7 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.runtime.test_staging import dies_at
+from tfra import runtime
 from tfra.runtime import store as module
+from tfra.runtime.digest import digest, sources, texts
 from tfra.runtime.errors import InputError
 from tfra.runtime.scratch import part, scratch
 from tfra.runtime.store import Files, Store, cache_directory, cached, cached_step, work_folder
@@ -233,6 +235,13 @@ def test_a_step_runs_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert calls == [first, second]
 
 
+def test_a_digest_depends_on_every_part_and_all_sources() -> None:
+    assert len({digest(*parts) for parts in ((), ("",), ("a", "b"), ("b", "a"), ("ab",), ("a", "b", ""))}) == 6
+    files = sources(runtime)
+    assert {"store.py", "digest.py"} <= {file.name for file in files}
+    assert texts(files) == [file.read_text() for file in files]
+
+
 # Results of one computation
 
 
@@ -266,11 +275,11 @@ def test_a_work_folder_is_of_one_kind_and_one_state_of_the_sources(tmp_path: Pat
             work_folder(folder, "study", "hash"),
         ):
             pytest.fail("two at once")
-    for kind, sources, reason in (
+    for kind, source, reason in (
         ("training", "hash", "is not the folder of a training: "),
         ("study", "another", "has work of tfra .* with other sources, which is kept: "),
     ):
-        with pytest.raises(InputError, match=reason), work_folder(folder, kind, sources):
+        with pytest.raises(InputError, match=reason), work_folder(folder, kind, source):
             pytest.fail("another's folder")
     assert [path.name for path in folder.iterdir()] == ["study.json"]
 
