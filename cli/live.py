@@ -50,6 +50,8 @@ def live(
     Frames that the engine or the browser has no time for are dropped. Ctrl-C ends it.
     """
     require("tfra live", "view", "plotly")
+    import numpy as np
+
     from tfra.codegen.config.read import load
     from tfra.runtime.processes import Stopped
     from tfra.view.feed import Feed
@@ -75,7 +77,7 @@ def live(
     try:
         with serving(render_live(feed), feed, port) as address:
             with progress(f"getting the {engine.value} engine ready"):
-                estimate(_zero_frame(project))  # the first frame takes longest
+                estimate(np.zeros((1, project.design.sensor.rows, project.design.sensor.columns)))  # the slowest one
             typer.echo(f"{address} shows {name} by the {engine.value} engine; Ctrl-C ends it")
             threading.Thread(target=feed.read, args=(frames, warn), daemon=True).start()
             feed.run()
@@ -83,12 +85,6 @@ def live(
         if stopped.number != signal.SIGINT:
             raise
         typer.echo(f"tfra live: {feed.totals()}")
-
-
-def _zero_frame(project: Project) -> Floats:
-    import numpy as np
-
-    return np.zeros((1, project.design.sensor.rows, project.design.sensor.columns))
 
 
 def _frames(

@@ -136,22 +136,18 @@ class Sensor:
         Raises ``tfra.InputError`` that names the file and the place, or the option, that is wrong.
         """
         options = {key: value for key, value in locals().items() if key not in ("self", "path") and value is not None}
-        chosen = self._reading(Path(path), options)
-        with _keywords():
-            return read_recording(path, self.array, self.adc, chosen)
-
-    def _reading(self, path: Path, options: dict[str, object]) -> Input:
+        given = {key: str(value) if isinstance(value, Path) else value for key, value in options.items()}
         try:
-            checked = InputSection.model_validate(
-                {key: str(value) if isinstance(value, Path) else value for key, value in options.items()}
-            ).model_dump(exclude_none=True)
+            checked = InputSection.model_validate(given).model_dump(exclude_none=True)
             if "tare" in checked:
                 checked["tare"] = Path(checked["tare"])
-            return read_as(path, self.input, checked)
+            chosen = read_as(Path(path), self.input, checked)
         except ValidationError as error:
             raise InputError("Sensor.read", *complaint(error, InputSection)) from None
         except ValueError as error:
             raise InputError("Sensor.read", "", str(error)) from None
+        with _keywords():
+            return read_recording(path, self.array, self.adc, chosen)
 
     def simulate(self, contacts: Sequence[Contact] | None = None) -> tuple[Floats, Truth]:
         """Simulate the array under ``contacts``, by default CONFIG's.

@@ -72,16 +72,14 @@ def sensors(design: Design, count: int, rng: np.random.Generator) -> list[dict[s
 
 def observe(design: Design, one: Mapping[str, Any]) -> dict[str, Ints]:
     """By scene: codes of one sensor."""
-    dead, still = one["dead"], np.zeros_like(one["dead"])
-    return {
-        "no faults": convert(design, one["stress"]),
-        "offsets, no front end": _raw(design, one["stress"] + one["offset"], still),
-        "dead taxels, no front end": _raw(design, one["stress"], dead),
-        "both, no front end": _raw(design, one["stress"] + one["offset"], dead),
-        "offsets, front end": calibrated(design, one, still),
-        "dead taxels, front end": calibrated(design, {**one, "offset": 0.0}, dead),
-        "both, front end": calibrated(design, one, dead),
-    }
+    offsets, dead, still = one["offset"], one["dead"], np.zeros_like(one["dead"])
+    faults = {"offsets": (offsets, still), "dead taxels": (0.0, dead), "both": (offsets, dead)}
+    codes = {"no faults": convert(design, one["stress"])}
+    for name, (offset, dead) in faults.items():
+        codes[f"{name}, no front end"] = _raw(design, one["stress"] + offset, dead)
+    for name, (offset, dead) in faults.items():
+        codes[f"{name}, front end"] = calibrated(design, {**one, "offset": offset}, dead)
+    return codes
 
 
 def _raw(design: Design, stress: Floats, dead: Bools) -> Ints:

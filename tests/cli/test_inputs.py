@@ -1,6 +1,5 @@
 """[input] of CONFIG and the options that override it, from a recording to RESULT, in every form of it."""
 
-import csv
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -152,12 +151,8 @@ def test_tables(form: str) -> None:
 
 def table(path: Path) -> dict[str, list[Any]]:
     """Columns of a table, read by others."""
-    if path.suffix == ".parquet":
-        return pl.read_parquet(path).to_dict(as_series=False)
-    with open(path, newline="") as stream:
-        heads, *rows = csv.reader(stream)
-    numbers = [[int(x) if x.lstrip("-").isdigit() else float(x) for x in row] for row in rows]
-    return {head: list(column) for head, column in zip(heads, zip(*numbers, strict=True), strict=True)}
+    read = pl.read_parquet if path.suffix == ".parquet" else pl.read_csv
+    return read(path).to_dict(as_series=False)
 
 
 def test_an_output_is_not_the_tare(capfd: pytest.CaptureFixture[str]) -> None:
