@@ -18,7 +18,7 @@ from tfra.model.sensor import SensorArray
 from tfra.paper.picture import rounded, to_csv
 from tfra.paper.published import PRINTED
 from tfra.paper.report import report
-from tfra.paper.setups import DIRECTIONS, setups
+from tfra.paper.setups import setups
 from tfra.paper.surfaces import cell_means
 from tfra.runtime.ownership import MANIFEST
 
@@ -144,17 +144,6 @@ def test_the_guide_shows_the_maxima(folder: Path) -> None:
     text = (ROOT / "docs" / "studies" / "paper.md").read_text()
     for shown, method in names.items():
         assert f"| {shown} | {' | '.join(both[0][method] + both[1][method])} |\n" in text
-
-
-def test_fig5_repeats_the_table(folder: Path) -> None:
-    header, *lines = rows(folder / "fig5.csv")
-    assert len(lines) == 2 * len(DIRECTIONS)
-    for contact, table in (("hertz", "table1"), ("rectangle", "table2")):
-        curve = {line[1]: dict(zip(header, line, strict=True)) for line in lines if line[0] == contact}
-        for row in rows(folder / f"{table}.csv")[1:]:
-            if row[1] == "TFRA, float" and row[0] in curve:
-                assert float(curve[row[0]]["mu_float"]) == pytest.approx(float(row[12]), abs=6e-4)
-                assert float(curve[row[0]]["phi_float_deg"]) == pytest.approx(float(row[14]), abs=6e-3)
 
 
 def test_fig4_chooses_on_the_plateau(folder: Path) -> None:
