@@ -14,14 +14,7 @@ from tfra.runtime.errors import InputError
 if TYPE_CHECKING:
     from tfra.synth.run import Run
 
-TargetName = Annotated[
-    str,
-    typer.Option(
-        "--target",
-        metavar="NAME",
-        help=f"{part_names()}.",
-    ),
-]
+TargetName = Annotated[str, typer.Option("--target", metavar="NAME", help=f"{part_names()}.")]
 Seeds = Annotated[int, typer.Option(min=1, max=99, help="Number of place and route runs; the result is their median.")]
 _AIM = "Target frequency of place and route; the router takes long if it can't be reached."
 Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help=_AIM)]

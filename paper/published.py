@@ -76,12 +76,11 @@ def plain(values: dict[str, float]) -> list[str]:
 def errors_of(rows: list[dict[str, str]]) -> dict[str, Floats]:
     """:func:`errors` of published rows, from the printed, rounded numbers."""
 
+    def column(name: str) -> Floats:
+        return np.array([float(row[name]) for row in rows])
+
     def contacts(kind: str, phi: str) -> Contacts:
-        columns = [f"F{axis}_{kind}" for axis in "xyz"], f"mu_{kind}", phi
-        return Contacts(*(np.array([_numbers(row, column) for row in rows]) for column in columns))
+        forces = np.stack([column(f"F{axis}_{kind}") for axis in "xyz"], axis=1)
+        return Contacts(forces, column(f"mu_{kind}"), column(phi))
 
     return errors(contacts("fea", "phi_ref"), contacts("alg", "phi_alg"))
-
-
-def _numbers(row: dict[str, str], column: str | list[str]) -> float | list[float]:
-    return float(row[column]) if isinstance(column, str) else [float(row[name]) for name in column]
