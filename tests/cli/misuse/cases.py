@@ -141,26 +141,28 @@ def stuck(frames: Floats) -> Floats:
     return loads
 
 
-def written(command: str, change: Callable[[Path], object]) -> Make:
-    """Make ``core``, an output of ``command`` with something done to it."""
+def written(name: str) -> Make:
+    """Make ``core``, an output of ``tfra generate`` with a file of the user's."""
 
     def make() -> None:
-        with output_directory("core", command) as fresh:
+        with output_directory("core", "generate") as fresh:
             (fresh / "core.v").write_text("module core; endmodule")
-        change(Path("core"))
+        Path("core", name).write_text("mine")
 
     return make
 
 
-def folder(name: str, **texts: str) -> Make:
-    """Make a folder of files."""
+def folder(file: str, text: str) -> Make:
+    """Make a folder with a file."""
 
     def make() -> None:
-        Path(name).mkdir()
-        for stem, text in texts.items():
-            Path(name, stem.replace("_", ".")).write_text(text)
+        Path(file).parent.mkdir()
+        Path(file).write_text(text)
 
     return make
+
+
+notes = folder("notes/thesis.tex", "years")
 
 
 ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "w.npz"\n'
@@ -258,13 +260,11 @@ DOUBTS = [
 VIEW = "view r.npz --out page.html {}"
 LIVE = "live skin.toml {}"
 
+OTHER = CONFIG.replace("pitch_y_mm = 4", "pitch_y_mm = 3")
+
 PAGES = [
     Misuse("a result of an earlier version", result(unlabelled), VIEW.format("wrong.npz")),
-    Misuse(
-        "results of two sensors",
-        result(config=CONFIG.replace("pitch_y_mm = 4", "pitch_y_mm = 3")),
-        VIEW.format("wrong.npz"),
-    ),
+    Misuse("results of two sensors", result(config=OTHER), VIEW.format("wrong.npz")),
     Misuse("a result twice", result(), VIEW.format("r.npz")),
     Misuse("nobody at an address", nothing, LIVE.format("tcp://127.0.0.1:1")),
     Misuse("a rate for a stream", nothing, LIVE.format("- --rate 50")),
@@ -283,7 +283,7 @@ _OTHER = '{"generator": "tfra 0.0.1", "sources": "0123456789abcdef"}'
 TRAINING = [
     Misuse("frames as the place of weights", nothing, "train skin.toml --out frames.npz"),
     Misuse("steps and minutes", nothing, f"{TRAIN} --steps 9 --minutes 9"),
-    Misuse("a training of another version", folder("old", training_json=_OTHER), f"{TRAIN} --work old"),
+    Misuse("a training of another version", folder("old/training.json", _OTHER), f"{TRAIN} --work old"),
 ]
 
 FILES = [
@@ -322,7 +322,7 @@ BEGINNING = [
     Misuse("a part that nobody knows", nothing, f"{_INIT.format(3, 3)} --target ecp5-99"),
     Misuse("a description in use", nothing, f"{_INIT.format(3, 3)} --out skin.toml"),
     Misuse("an unknown example", nothing, "examples skin"),
-    Misuse("examples over notes", folder("notes", thesis_tex="years"), "examples --out notes"),
+    Misuse("examples over notes", notes, "examples --out notes"),
     Misuse("a pitch in metres", nothing, _INIT.format(0.003, 3), 0),
     Misuse("a full scale in kPa", nothing, f"{_INIT.format(3, 3)} --full-scale 150", 0),
     Misuse("a pitch too fine for a core", nothing, _INIT.format(0.5, 9), 0),
@@ -332,18 +332,10 @@ GENERATE = "generate skin.toml --out {}"
 
 OUTPUTS = [
     Misuse("the current directory as output", nothing, GENERATE.format(".")),
-    Misuse("a folder of notes as output", folder("notes", thesis_tex="years"), GENERATE.format("notes")),
-    Misuse(
-        "notes in an earlier output",
-        written("generate", lambda core: (core / "notes.txt").write_text("mine")),
-        GENERATE.format("core"),
-    ),
-    Misuse(
-        "an earlier output that was edited",
-        written("generate", lambda core: (core / "core.v").write_text("mine")),
-        GENERATE.format("core"),
-    ),
-    Misuse("the folder of CONFIG as output", folder("lab", skin_toml=CONFIG), "generate lab/skin.toml --out lab"),
+    Misuse("a folder of notes as output", notes, GENERATE.format("notes")),
+    Misuse("notes in an earlier output", written("notes.txt"), GENERATE.format("core")),
+    Misuse("an earlier output that was edited", written("core.v"), GENERATE.format("core")),
+    Misuse("the folder of CONFIG as output", folder("lab/skin.toml", CONFIG), "generate lab/skin.toml --out lab"),
     Misuse("the input as output", nothing, "estimate skin.toml frames.npz --out frames.npz"),
     Misuse("notes as the place of a page", raw("page.html", b"<p>mine</p>"), "verify skin.toml --page page.html"),
 ]
@@ -366,11 +358,7 @@ STUDIES = [
     Misuse("an unknown section of a study", _study("[converters]"), STUDY),
     Misuse("an unknown signal", _study("[search.space]\ncoefficient.c34 = [9, 12]"), STUDY),
     Misuse("a scheduler that is none", _study(""), f"{STUDY} --scheduler nobody://"),
-    Misuse(
-        "a work folder with notes",
-        lambda: (_study("")(), folder("notes", thesis_tex="years")())[-1],
-        f"{STUDY} --work notes",
-    ),
+    Misuse("a work folder with notes", lambda: (_study("")(), notes()), f"{STUDY} --work notes"),
 ]
 
 CASES = RECORDINGS + DOUBTS + PAGES + FILES + DESCRIPTION + LEARNED + TRAINING + BEGINNING + OPTIONS + OUTPUTS + STUDIES
