@@ -1,7 +1,6 @@
 """[input] of CONFIG and the options that override it, from a recording to RESULT, in every form of it."""
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -95,26 +94,6 @@ def test_what_frames_wrote_needs_no_input() -> None:
     np.testing.assert_array_equal(flipped["stress"], expected["stress"][:, :, ::-1])
     np.savez("copy.npz", frames=expected["stress"])
     assert main(["estimate", "lab/skin.toml", "copy.npz", "--out", "new.npz"]) == 2
-
-
-def test_verify_reads_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen = []
-
-    def check(design: object, frames: np.ndarray, **options: object) -> SimpleNamespace:
-        seen.append(frames.tolist())
-        return SimpleNamespace(passed=True, as_dict=dict)
-
-    monkeypatch.setattr("tfra.sim.verify.verify", check)
-    for arguments in (
-        ("skin.toml", "--frames", "frames.npz"),
-        ("lab/skin.toml", "--frames", "lab/frames.csv"),
-        ("skin.toml", "--frames", "lab/frames.csv", *AS_OPTIONS),
-        ("skin.toml", "--frames", "frames.npz", "--flip-x"),
-    ):
-        assert main(["verify", *arguments, "--json"]) == 0
-    with np.load("frames.npz") as archive:
-        frames = archive["frames"]
-    assert seen == [frames.tolist()] * 3 + [frames[:, :, ::-1].tolist()]
 
 
 def test_result_has_its_config() -> None:

@@ -1,7 +1,6 @@
 """The learned estimator in the commands and in the library."""
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -56,29 +55,6 @@ def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture
         for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status", "residual"):
             assert np.array_equal(found[key], getattr(expected, key)), key
         assert 'weights = "lab/w.npz"' in str(found["config"])
-
-
-def test_a_page_of_it() -> None:
-    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
-    shutil.rmtree("lab")  # a page needs no weights
-    assert main(["view", "r.npz", "--out", "page.html"]) == 0
-    assert "implausible" in Path("page.html").read_text()
-
-
-@pytest.mark.long
-def test_engines_of_the_core() -> None:
-    """The bit-accurate model and the simulated serial core give the same words, near the float engine's results."""
-    Path("skin.toml").write_text(CONFIG + ESTIMATOR + '[architecture]\nkind = "serial"\n')
-    for engine in ("fixed", "rtl"):
-        assert main(["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", f"{engine}.npz"]) == 0
-    assert main(["estimate", "skin.toml", "frames.npz", "--codes", "--out", "float.npz"]) == 0
-    with np.load("fixed.npz") as fixed, np.load("rtl.npz") as rtl, np.load("float.npz") as double:
-        for key in fixed.keys() - {"engine"}:
-            assert np.array_equal(fixed[key], rtl[key]), key
-        assert "residual" not in fixed
-        size = np.linalg.norm(double["resultant"], axis=1)
-        assert (np.abs(fixed["resultant"] - double["resultant"]).max(axis=1) < 0.01 * size).all()
-        assert np.abs(fixed["uncertainty"] - double["uncertainty"]).max() < 0.01 * size.max()
 
 
 def test_a_core_without_forces_at_the_taxels_has_a_page(capfd: pytest.CaptureFixture[str]) -> None:
