@@ -66,15 +66,10 @@ class Probe:
         words = []
         for value in packed:
             for bits, signed in self.layout:
-                words.append(signed_word(value, bits) if signed else value & ((1 << bits) - 1))
+                half = signed << (bits - 1)
+                words.append(((value & ((1 << bits) - 1)) ^ half) - half)
                 value >>= bits
         return words
-
-
-def signed_word(pattern: int, bits: int) -> int:
-    """Return the low ``bits`` of ``pattern`` as a two's complement number."""
-    half = 1 << (bits - 1)
-    return ((pattern & (2 * half - 1)) ^ half) - half
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from amaranth import Value
 
 from tfra.hdl.cores import as_serial
 from tfra.hdl.serial.core import SerialCore
-from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import ADDRESS_BITS, NO_RESULT, Dest, Instruction, Op
 from tfra.hdl.serial.program.interpreter import wrap
 from tfra.hdl.serial.sizes import Sizes
@@ -35,37 +34,6 @@ class Difference:
         return f"{where}: {self.step.text}: expected {self.expected}, observed {self.observed}"
 
 
-@dataclass(frozen=True)
-class _Executed:
-    """Observed signals of the instruction that the datapath executes, in the cycle in which it advances."""
-
-    word: int
-    address: int
-    acts: int
-    total: int
-    result: int
-    shifted: int
-
-    @staticmethod
-    def signals(path: Datapath) -> tuple[Value, ...]:
-        """Signals of ``path`` in the order of the fields."""
-        e = path.executing
-        return Value.cast(e.instruction), e.address, path.acts, path.total, path.result, path.shifted
-
-    def value(self, i: Instruction, size: Sizes) -> int | None:
-        """The value that is written if this is ``i``; ``None`` if nothing is."""
-        if not self.acts:
-            return None
-        if i.op in (Op.SHIFT, Op.LENGTH):
-            return self.shifted
-        if i.op in NO_RESULT or (i.op == Op.DIV and self.result < 0):
-            return None
-        if i.dest == Dest.P:
-            return self.total % (1 << ADDRESS_BITS)
-        short: dict[int, int] = {Dest.Y: size.multiplier, Dest.SH: size.shift, Dest.SP: size.word}
-        return wrap(self.total, short[i.dest]) if i.dest in short else self.result
-
-
 def first_difference(design: Design, codes: Ints, core: SerialCore | None = None) -> Difference | None:
     """The first instruction of the frames ``codes (n, rows, columns)`` that writes another value, or to another word,
     in ``core`` than in the interpreter; ``None`` if there is none.
@@ -88,14 +56,16 @@ def first_difference(design: Design, codes: Ints, core: SerialCore | None = None
                 if advances:
                     break
             standstill = None if advances else Difference(traced, "its execution", "a standstill")
-            if difference := standstill or _compare(traced, _Executed(*signals), size):
+            if difference := standstill or _compare(traced, size, *signals):
                 differences.append(difference)
                 return
 
     driver = Driver(core, 0)
     driver.add_source("load", serial.loaded.tolist(), flowing)
     driver.add_source("taxel", codes.ravel().tolist(), flowing)
-    driver.add_watch(compare, path.advance & path.executing.valid, *_Executed.signals(path))
+    word, address = Value.cast(path.executing.instruction), path.executing.address
+    written = (path.acts, path.total, path.result, path.shifted)
+    driver.add_watch(compare, path.advance & path.executing.valid, word, address, *written)
     driver.simulate()
     return differences[0] if differences else None
 
@@ -110,16 +80,31 @@ def _frames(design: Design, codes: Ints) -> Iterator[TracedStep]:
             return
 
 
-def _compare(traced: TracedStep, executed: _Executed, size: Sizes) -> Difference | None:
+def _compare(
+    traced: TracedStep, size: Sizes, word: int, address: int, acts: int, total: int, result: int, shifted: int
+) -> Difference | None:
+    """The difference of a step from the observed signals of the instruction that the datapath executes, if any."""
     step, i = traced.step, traced.step.instruction
-    if executed.word != i.word:
-        return Difference(traced, f"the word {i.word:#x}", f"another instruction, {executed.word:#x}")
+    if word != i.word:
+        return Difference(traced, f"the word {i.word:#x}", f"another instruction, {word:#x}")
     if not traced.destination:
         return None
-    value = executed.value(i, size)
-    if value == step.value and (value is None or i.written != Dest.M or executed.address == step.address):
+    value = _written(i, size, total, result, shifted) if acts else None
+    if value == step.value and (value is None or i.written != Dest.M or address == step.address):
         return None
-    return Difference(traced, _write(i, step.value, step.address), _write(i, value, executed.address))
+    return Difference(traced, _write(i, step.value, step.address), _write(i, value, address))
+
+
+def _written(i: Instruction, size: Sizes, total: int, result: int, shifted: int) -> int | None:
+    """The value that ``i`` writes where its condition holds; ``None`` if nothing is."""
+    if i.op in (Op.SHIFT, Op.LENGTH):
+        return shifted
+    if i.op in NO_RESULT or (i.op == Op.DIV and result < 0):
+        return None
+    if i.dest == Dest.P:
+        return total % (1 << ADDRESS_BITS)
+    short: dict[int, int] = {Dest.Y: size.multiplier, Dest.SH: size.shift, Dest.SP: size.word}
+    return wrap(total, short[i.dest]) if i.dest in short else result
 
 
 def _write(i: Instruction, value: int | None, address: int) -> str:

@@ -56,7 +56,6 @@ def mixture(design: Design, seed: int, random: int) -> Stimuli:
     """Return simulated contacts, ``random`` random frames and every directed one."""
     rng = np.random.default_rng(seed)
     known = known_contacts(design, CONTACTS, rng)
-    kinds = np.full(CONTACTS, "contact")
-    contacts = Stimuli(known.codes, kinds, known.resultant, known.mu, known.phi_deg)
-    directed = Stimuli.of(directed_codes(design), "directed")
-    return contacts + Stimuli.of(wild_codes(design, random, rng), "random") + directed
+    truth = dict(zip(REFERENCES, (known.resultant, known.mu, known.phi_deg), strict=True))
+    contacts, wild = Stimuli.of(known.codes, "contact", truth), Stimuli.of(wild_codes(design, random, rng), "random")
+    return contacts + wild + Stimuli.of(directed_codes(design), "directed")

@@ -3,7 +3,7 @@
 import json
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ _PATIENCE, _MARGIN, _LOWER, _AIMS = 100, 1.01, 0.985, 12
 """Rounds without progress after which nextpnr's router is stopped; its first aim as a share of what is asked for, since
 the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before,
 and how many there are."""
+_ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 
@@ -121,7 +122,7 @@ def _route(program: str, words: Sequence[str], directory: Path, log: str, clock_
     for left in reversed(range(_AIMS)):
         aim = clock_mhz * _MARGIN * _LOWER ** (_AIMS - 1 - left)
         try:
-            run(program, [*words, "--no-pack", "--no-place", "--freq", str(aim)], directory, log, Stall())
+            run(program, [*words, "--no-pack", "--no-place", "--freq", str(aim)], directory, log, stall())
             break
         except StoppedError:
             if not left:
@@ -136,21 +137,20 @@ def options(family: Family) -> list[str]:
     return [*tool.routing, *(tool.threaded if tool.threaded and has(tool.program, tool.threaded[0]) else ())]
 
 
-class Stall:
-    """Detects from the lines of nextpnr's router that it makes no more progress."""
+def stall() -> Callable[[str], bool]:
+    """Asked about the lines of nextpnr's router one by one, tells whether it makes no more progress."""
+    best, rounds = (sys.maxsize, sys.maxsize), 0
 
-    _ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
-
-    def __init__(self) -> None:
-        self._best, self._rounds = (sys.maxsize, sys.maxsize), 0
-
-    def __call__(self, line: str) -> bool:
-        """Read a line: overused wires count first, then paths that are too slow."""
-        if found := self._ROUND.search(line):
+    def hopeless(line: str) -> bool:
+        """Overused wires count first, then paths that are too slow."""
+        nonlocal best, rounds
+        if found := _ROUND.search(line):
             now = (int(found[1]), int(found[2]))
-            self._rounds = 0 if now < self._best else self._rounds + 1
-            self._best = min(now, self._best)
-        return self._rounds >= _PATIENCE
+            rounds = 0 if now < best else rounds + 1
+            best = min(now, best)
+        return rounds >= _PATIENCE
+
+    return hopeless
 
 
 def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float) -> Route:

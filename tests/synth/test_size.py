@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.marks import long
-from tfra.families import TARGETS, find
+from tfra.families import TARGETS, Family, find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import FORMATS, SERIAL, VECTOR_WORDS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
@@ -131,12 +131,12 @@ def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     bounds = Bounds(98.0, 1e5, 1e4)
     least = smallest("2x2", "ecp5-25", bounds)
 
-    class Wrong:
-        def __init__(self, one: Design, family: Any) -> None:
-            self.total, self.constants = estimate(one, family).total, 0
-            self.total["LUT"] *= 4 if one.architecture.vector_words == 1 else 1
+    def wrong(one: Design, family: Family) -> SimpleNamespace:
+        total = estimate(one, family).total
+        total["LUT"] *= 4 if one.architecture.vector_words == 1 else 1
+        return SimpleNamespace(total=total, constants=0)
 
-    monkeypatch.setattr(module, "estimate", Wrong)
+    monkeypatch.setattr(module, "estimate", wrong)
     assert size(SUBJECTS["2x2"], find("ecp5-25"), bounds).chosen.luts != least
 
 
