@@ -118,10 +118,7 @@ def test_every_port_has_a_pin(package: tuple[Any, Path]) -> None:
     (pins,) = [file for file in (folder / "boards" / board.name).iterdir() if file.suffix in (".lpf", ".pcf")]
     placed = re.findall(r'^(?:LOCATE COMP "(\w+)" SITE|set_io (\w+))', pins.read_text(), re.M)
     assert sorted(first or second for first, second in placed) == sorted(PORTS)
-
-
-def test_every_board_has_the_line_s_speed_exactly() -> None:
-    assert all(board.clock_hz % BAUD == 0 for family in FAMILIES.values() if (board := family.board))
+    assert board.clock_hz % BAUD == 0
 
 
 class Port:
@@ -190,13 +187,10 @@ def test_a_bitstream_is_built(name: str, tmp_path: Path) -> None:
 
 def test_a_missing_tool_is_named(package: tuple[Any, Path], tmp_path: Path) -> None:
     design, folder = package
-    shutil.copytree(folder, tmp_path / "package")
-    script = tmp_path / "package" / "boards" / board_of(design).name / "build.sh"
+    script = folder / "boards" / board_of(design).name / "build.sh"
     (tmp_path / "bin").mkdir()
     for tool in ("sh", "dirname"):
         (tmp_path / "bin" / tool).symlink_to(str(shutil.which(tool)))
-    command = [str(tmp_path / "bin" / "sh"), str(script)]
-    variables = {"PATH": str(tmp_path / "bin")}
+    command, variables = [str(tmp_path / "bin" / "sh"), str(script)], {"PATH": str(tmp_path / "bin")}
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert done.stderr == "yosys is missing\n"
+    assert (done.returncode, done.stderr) == (1, "yosys is missing\n")
