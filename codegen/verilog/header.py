@@ -33,8 +33,7 @@ def head(
     ]
     stated = (line for name, rule in rules.items() for line in wrapped(f"{name}: {rule}.", 2))
     for title, found in {"Ports": _port_lines(ports), "Rules": stated, **sections}.items():
-        if indented := [f"  {line}" for line in found]:
-            lines += ["", f"{title}:", *indented]
+        lines += ["", f"{title}:", *(f"  {line}" for line in found)]
     return "".join(f"// {line}".rstrip() + "\n" for line in lines)
 
 

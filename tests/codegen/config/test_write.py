@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.model.learned.random_weights import random_weights
 from tfra.codegen.config.cover import LayerSpec
-from tfra.codegen.config.examples import examples
+from tfra.codegen.config.examples import examples, write_examples
 from tfra.codegen.config.read import Project, build_project, load
 from tfra.codegen.config.schema import Document
 from tfra.codegen.config.weights import Trained, write_weights
@@ -154,6 +154,10 @@ def test_remarks_on_the_example_are_left_out() -> None:
     assert not re.search("72 kPa|hertz_40x20", commented(PLAIN, LAYER))
 
 
-def test_examples_are_those_of_the_folder() -> None:
+def test_examples_are_those_of_the_folder(tmp_path: Path) -> None:
+    """They are written with what they read."""
     folder = Path(__file__).parents[3] / "examples"
     assert examples() == {path.name.removesuffix(".toml"): path.read_text() for path in folder.glob("*.[tc]*")}
+    names = ["hertz_40x20.toml", "hertz_40x20.weights.npz", "recording_8x12.csv", "study_hertz.toml"]
+    assert write_examples(tmp_path / "out", ["study_hertz", "recording_8x12.csv"]) == names
+    assert all((tmp_path / "out" / name).read_bytes() == (folder / name).read_bytes() for name in names)

@@ -7,7 +7,7 @@ from tests.codegen.test_generate import few_frames
 from tfra.codegen.generate import generate
 from tfra.codegen.package.contents import Part
 from tfra.families import find
-from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
+from tfra.model.choices import SERIAL, Adc, Architecture, Bus, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -22,11 +22,11 @@ SHORT = Formats("short", coefficient=10, operand=10, vector_fraction=0, force_fr
 """Few gates, which are placed soon."""
 DESIGNS = {
     "serial": (SERIAL_CORE, PART),
-    "parallel": (PARALLEL, PART),
+    "parallel": (replace(PARALLEL, bus=Bus(2)), PART),
     "ecp5": (replace(PARALLEL, name="cells", target="ecp5"), PART),
     "ice40": (replace(SERIAL_CORE, name="sparse", target="ice40"), ICE40),
     "few": (replace(PARALLEL, name="few", target="ecp5", adc=Adc(8), search=Search(2), formats=SHORT), PART),
-    "files": (replace(PARALLEL, name="images", images="readmemh"), PART),
+    "files": (replace(PARALLEL, name="images", images="readmemh", bus=Bus(4)), PART),
 }
 
 

@@ -13,11 +13,12 @@ import pytest
 from tests.codegen.package.c_driver import SOURCES, STRICT
 from tests.codegen.package.test_drivers import beats, written
 from tests.codegen.package.test_simulated import DESIGN
-from tfra.codegen.registers.source import parameters, register_map
+from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.verilog.testbench import hex_words
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.words import decode
 
 PAGE, SOURCE = Path(__file__).parents[3] / "docs" / "driver.md", Path(__file__).parents[3] / "codegen/package/driver"
 FRAMES = np.random.default_rng(3).integers(-4000, 4000, (10, DESIGN.sensor.taxels))
@@ -29,7 +30,7 @@ def board(folder: Path, design: Design) -> list[str]:
     """The package in ``folder`` with the board's files; the lines that an example prints, up to the faults."""
     written(folder, design)
     words = [0] * 1024
-    for register in register_map(parameters(design)).registers:
+    for register in registers_of(design).registers:
         words[register.address // 4] = STATES.get(register.address, register.reset)
     (folder / "registers.bin").write_bytes(struct.pack("<1024I", *words))
     results = design.model(FRAMES).words.tolist()
@@ -39,13 +40,11 @@ def board(folder: Path, design: Design) -> list[str]:
     if loaded is not None:
         (folder / LOADED).parent.mkdir()
         (folder / LOADED).write_text(hex_words(loaded, design.coefficient_word))
-    field = {f.name: f for f in design.layout}
-    lines, (first, mu) = [], (field["resultant"].start, field["mu"])
-    for number, result in enumerate(results):
-        newton = [word * field["resultant"].lsb / 2 ** result[1] for word in result[first : first + 3]]
-        forces = " ".join(f"{force:.6f}" for force in newton)
-        lines.append(f"{number}: {forces} N, friction {result[mu.start] * mu.lsb:.3f}, ")
-    return lines
+    known = decode(design, np.array(results))
+    return [
+        f"{number}: {x:.6f} {y:.6f} {z:.6f} N, friction {mu:.3f}, "
+        for number, ((x, y, z), mu) in enumerate(zip(known.resultant, known.mu, strict=True))
+    ]
 
 
 @pytest.mark.parametrize("images", ["load", "inline"])

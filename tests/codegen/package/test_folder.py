@@ -1,9 +1,11 @@
 """The package in the projects of others: Tcl with stand-ins for the tools' commands, LiteX, FuseSoC."""
 
+import re
 import runpy
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ from tests.codegen.package.made import DESIGNS, PARALLEL, PART, made
 from tests.codegen.test_generate import change_word
 from tests.marks import long
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.folder import constraints, litex, vivado
+from tfra.codegen.package.folder import constraints, fusesoc, litex, vivado
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import run_yosys, to_verilog
 from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog
@@ -142,7 +144,7 @@ def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return DESIGNS[name][0].name, folder
 
 
-def fusesoc(target: str, name: str, package: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+def run(target: str, name: str, package: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """Run a target in ``folder``, which is empty, with a home of its own."""
     (folder / "tools").mkdir()
     variables = environment("verilator", folder / "tools") | {"HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
@@ -153,13 +155,28 @@ def fusesoc(target: str, name: str, package: Path, folder: Path, *options: str) 
     )
 
 
+def test_the_family_chooses_the_tool_and_its_options() -> None:
+    design = replace(PARALLEL, target="ecp5")
+    (text,) = fusesoc(Contents(design, sidecar(design) | {"images": []}, {}, PART)).values()
+    assert '"nextpnr_options": ["--25k"' in text
+
+
 @pytest.mark.parametrize("target", [*long("sim"), "lint"])
 def test_the_targets_pass(target: str, package: tuple[str, Path], tmp_path: Path) -> None:
     choose({"sim": "icarus", "lint": "verilator"}[target])
-    done = fusesoc(target, *package, tmp_path)
+    done = run(target, *package, tmp_path)
     assert done.returncode == 0, done.stdout
     assert "%Warning" not in done.stdout
     assert ("words compared, 0 differ" in done.stdout) == (target == "sim")
+
+
+def test_the_wrapper_has_one_core_and_modules_of_its_own(package: tuple[str, Path]) -> None:
+    name, folder = package
+    text = (folder / f"{name}_axi.v").read_text()
+    first, *others = re.findall(r"^module (\w+)\(", text, re.M)
+    assert first == f"{name}_axi"
+    assert all(module.startswith(f"{name}_axi__core") for module in others)
+    assert len(re.findall(rf"^  {name} \w+ \($", text, re.M)) == 1
 
 
 @pytest.mark.parametrize(("target", "seen"), [*long(("sim", "1 differ")), ("lint", "UNDRIVEN")])
@@ -171,7 +188,7 @@ def test_what_is_planted_is_found(target: str, seen: str, package: tuple[str, Pa
     file = tmp_path / "package" / f"{name}.v"
     file.write_text(file.read_text().replace("endmodule", "  wire open;\n  wire planted = open;\nendmodule", 1))
     change_word(tmp_path / "package", name, "result", 2, 1)
-    done = fusesoc(target, name, tmp_path / "package", tmp_path / "run")
+    done = run(target, name, tmp_path / "package", tmp_path / "run")
     assert done.returncode != 0
     assert seen in done.stdout
 
@@ -180,7 +197,7 @@ def test_synthesis_is_set_up(package: tuple[str, Path], tmp_path: Path) -> None:
     """For the family's tool, which may not be here; nothing is written to the package."""
     name, folder = package
     before = sorted(folder.rglob("*"))
-    done = fusesoc("synth", name, folder, tmp_path, "--setup")
+    done = run("synth", name, folder, tmp_path, "--setup")
     assert done.returncode == 0, done.stdout
     assert any(f"{name}.v" in file.read_text(errors="replace") for file in tmp_path.rglob("*.*") if file.is_file())
     assert sorted(folder.rglob("*")) == before
