@@ -63,7 +63,7 @@ def train(
 
 def _table(found: dict[str, float]) -> list[str]:
     """Median and 95th percentile of the held-out errors, a line for each noise."""
-    from tfra.train.errors import NOISES, PERCENTILES, TABLE
+    from tfra.train.run import NOISES, PERCENTILES, TABLE
 
     lines = []
     for level in NOISES:

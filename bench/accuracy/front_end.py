@@ -26,7 +26,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import FrontEnd, Settings, Tables
 from tfra.model.fixed.repair import table, thin_plate
 from tfra.model.fixed.words import decode
-from tfra.train.errors import Resultants
+from tfra.train.run import Resultants
 
 PAGE = "docs/front_end.md"
 DESIGNS = {"TFRA": "fast", "learned": "learned_fast"}

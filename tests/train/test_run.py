@@ -18,10 +18,10 @@ from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
 from tfra.runtime.store import work_folder
-from tfra.train import errors, loop, pool
+from tfra.train import loop, pool
 from tfra.train import run as running
 from tfra.train.loop import State, Trainer
-from tfra.train.run import Advance, Budget, fingerprint, run
+from tfra.train.run import Advance, Budget, fingerprint, held_out, run, threshold
 
 SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
 BUDGET = Budget((6, 4), 3, steps=60)
@@ -37,8 +37,8 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name, value in (
         (pool, "CHUNK", 128), (loop, "CHUNKS", 4), (loop, "VALIDATION", 1), (loop, "CHECK", 20), (loop, "WARM", 10),
         (loop, "PATIENCE", 1.0), (running, "SAVE_EVERY", 0.0), (running, "TRIED", 20),
-        (running, "held_out", partial(errors.held_out, count=50)),
-        (running, "threshold", partial(errors.threshold, count=50)),
+        (running, "held_out", partial(held_out, count=50)),
+        (running, "threshold", partial(threshold, count=50)),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, value)
 
@@ -153,7 +153,7 @@ def test_a_folder_of_others(tmp_path: Path) -> None:
 
 def test_held_out_errors_are_those_of_the_exact_series() -> None:
     """An estimate that knows the truth has no error, one that is off by a tenth has a tenth."""
-    contacts = any_contacts(SENSOR, 50, np.random.default_rng(errors.SEED))
+    contacts = any_contacts(SENSOR, 50, np.random.default_rng(running.SEED))
     truth = contacts.force
     exact = frames(SENSOR, contacts).reshape(50, -1) * SENSOR.taxel_area
 
@@ -161,11 +161,11 @@ def test_held_out_errors_are_those_of_the_exact_series() -> None:
         assert np.abs(n - exact).max() <= 0.06 * np.abs(exact).max()
         return truth
 
-    assert set(errors.held_out(SENSOR, knows, 50).values()) == {0.0}
-    found = errors.held_out(SENSOR, lambda n: 1.1 * truth, 50)
+    assert set(held_out(SENSOR, knows, 50).values()) == {0.0}
+    found = held_out(SENSOR, lambda n: 1.1 * truth, 50)
     assert found["force_percent_95_at_0.01"] == pytest.approx(10.0)
     assert found["mu_50_at_0"] == pytest.approx(0.0, abs=1e-12)
-    pushed = errors.held_out(SENSOR, lambda n: truth * [1, 1, 0.5], 50)
+    pushed = held_out(SENSOR, lambda n: truth * [1, 1, 0.5], 50)
     assert pushed["mu_50_at_0"] == pytest.approx(float(np.median(np.hypot(*truth.T[:2]) / -truth[:, 2])))
 
 
@@ -239,9 +239,9 @@ def test_the_weights_of_the_example_are_as_good_as_stated() -> None:
     trained = read_weights(file, sensor)
     network = Network(sensor, trained.weights)
     assert file.stat().st_size < 200_000
-    assert errors.held_out(sensor, network) == pytest.approx(dict(trained.held_out), rel=1e-3)  # stored in float32
-    assert errors.threshold(sensor, network) == pytest.approx(trained.threshold, rel=1e-3)
+    assert held_out(sensor, network) == pytest.approx(dict(trained.held_out), rel=1e-3)  # stored in float32
+    assert threshold(sensor, network) == pytest.approx(trained.threshold, rel=1e-3)
     assert trained.held_out["mu_50_at_0.001"] < 0.03
     assert trained.held_out["force_percent_95_at_0.001"] < 12
     blind = Network(sensor, replace(trained.weights, second=0 * trained.weights.second))
-    assert errors.held_out(sensor, blind, 200)["mu_50_at_0.001"] > 0.1
+    assert held_out(sensor, blind, 200)["mu_50_at_0.001"] > 0.1
