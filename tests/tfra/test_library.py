@@ -248,6 +248,7 @@ def test_arguments_that_are_none(sensor: tfra.Sensor, tmp_path: Path) -> None:
             lambda: sensor.read(tmp_path / "f.npy", unit="psi")  # type: ignore[arg-type]
         ),
         "Sensor.read: tare_frames: 0 or more is needed, got -1": lambda: sensor.read("f.npy", tare_frames=-1),
+        "Sensor.read: coding: only codes have a coding": lambda: sensor.read("f.npy", coding="offset"),
         "Sensor.simulate: contacts: a list of tfra.Contact is needed": (
             lambda: sensor.simulate(sensor.contacts[0])  # type: ignore[arg-type]
         ),
