@@ -7,9 +7,9 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, two_steps
-from tfra.hdl.lib.pipeline import READ, delayed, driver, register, registered_zeros, wrapping_counter
+from tfra.hdl.lib.pipeline import READ, delayed, register, registered_zeros, wrapping_counter
 from tfra.hdl.lib.ram import Ram
-from tfra.hdl.parallel.matvec.plan import Source, stack_number
+from tfra.hdl.parallel.matvec.plan import Source
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
 
@@ -149,49 +149,38 @@ PREPARE = 4
 """Cycles from a quad of a buffer to its operand words."""
 
 
-class Prepare(wiring.Component):
-    """Operand words from a quad of a buffer: aligned in two steps, then rounded; ``PREPARE`` registers.
+def prepared(m: Module, design: Design, quad: Any, headroom: Any, stack: Value | None) -> Any:
+    """Operand words of a ``quad`` of a buffer, aligned by the ``headroom`` in two steps, then rounded: ``PREPARE``
+    registers.
 
     ::
 
         raw, shift -> coarse -> aligned -> words
 
-    Words of a product with shorter operands end in zeros, so that all have their point in the same place.
+    ``stack``: number of the product's in design.stacks, where lengths differ.  Words of a product with shorter operands
+    end in zeros, so that all have their point in the same place.
     """
+    vector = design.widths.vector
+    words = Signal(data.ArrayLayout(signed(design.operand_word), 4), reset_less=True)
+    stack = None if stack is None else delayed(m, stack, PREPARE - 1, "stack")
+    for word in range(4):
+        raw = register(m, quad[word], f"raw{word}")
+        shift = register(m, headroom[word], f"shift{word}")
+        coarse_shift, _ = two_steps(shift, _FINE)
+        _, fine_shift = two_steps(register(m, shift, f"coarse_shift{word}"), _FINE)
+        coarse = register(m, (raw << coarse_shift)[:vector].as_signed(), f"coarse{word}")
+        aligned = Signal(signed(vector), name=f"aligned{word}", reset_less=True)
+        m.d.sync += [
+            aligned.eq(coarse << fine_shift),
+            words[word].eq(_rounded(design, aligned, stack)),
+        ]
+    return words
 
-    def __init__(self, design: Design) -> None:
-        self._design = design
-        super().__init__({
-            "quad": In(vector_quad(design)),  # of a buffer
-            "headroom": In(headroom_quad(design)),  # of the operand
-            # Number of its product's stack in design.stacks.
-            **({"stack": In(stack_number(design))} if lengths_differ(design) else {}),
-            "words": Out(data.ArrayLayout(signed(design.operand_word), 4)),  # operand words, one for each slot
-        })
 
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        vector, words = self._design.widths.vector, driver(m, self.words)
-        stack = delayed(m, self.stack, PREPARE - 1, "stack") if lengths_differ(self._design) else None
-        for word in range(4):
-            raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
-            shift = Signal(self.headroom.shape().elem_shape, name=f"shift{word}", reset_less=True)
-            aligned = Signal(signed(vector), name=f"aligned{word}", reset_less=True)
-            coarse_shift, _ = two_steps(shift, _FINE)
-            _, fine_shift = two_steps(register(m, shift, f"coarse_shift{word}"), _FINE)
-            coarse = register(m, (raw << coarse_shift)[:vector].as_signed(), f"coarse{word}")
-            m.d.sync += [
-                raw.eq(self.quad[word]),
-                shift.eq(self.headroom[word]),
-                aligned.eq(coarse << fine_shift),
-                words[word].eq(self._rounded(aligned, stack)),
-            ]
-        return m
-
-    def _rounded(self, aligned: Value, stack: Value | None) -> Value:
-        """A word with the length of its product, aligned to the top of a lane's word."""
-        word, lengths = self._design.operand_word, operand_lengths(self._design)
-        if stack is None:
-            return round_top(aligned, word)
-        by_length = {bits: round_top(aligned, bits) << (word - bits) for bits in set(lengths)}
-        return Array(by_length[bits] for bits in lengths)[stack]
+def _rounded(design: Design, aligned: Value, stack: Value | None) -> Value:
+    """A word with the length of its product, aligned to the top of a lane's word."""
+    word, lengths = design.operand_word, operand_lengths(design)
+    if stack is None:
+        return round_top(aligned, word)
+    by_length = {bits: round_top(aligned, bits) << (word - bits) for bits in set(lengths)}
+    return Array(by_length[bits] for bits in lengths)[stack]

@@ -41,11 +41,11 @@ from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain
 from tfra.hdl.parallel.matvec.images import depth, lane_images, low_bits, tail
-from tfra.hdl.parallel.matvec.operand import PREPARE, OperandBuffer, Prepare, headroom_quad, lengths_differ
+from tfra.hdl.parallel.matvec.operand import PREPARE, OperandBuffer, headroom_quad, lengths_differ, prepared
 from tfra.hdl.parallel.matvec.passes import CAPTURE
 from tfra.hdl.parallel.matvec.plan import Plan, Source, stack_number
 from tfra.hdl.parallel.matvec.schedule import Schedule
-from tfra.hdl.parallel.payloads import product
+from tfra.hdl.parallel.payloads import product, vector_quad
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.model.fixed.design import Design
 
@@ -93,21 +93,20 @@ class MatVec(wiring.Component):
         design = self._design
         buffers = self._buffers(m)
         m.submodules.schedule = schedule = Schedule(design, self._plan)
-        m.submodules.prepare = prepare = Prepare(design)
         m.submodules.drain = drain = Drain(design)
         wiring.connect(m, wiring.flipped(self.result), drain.result)
         self._wire_tokens(m, buffers, schedule)
-        self._wire_passes(m, buffers, schedule, prepare, drain)
-        self._wire_lanes(m, schedule, prepare, drain)
+        words = self._wire_passes(m, buffers, schedule, drain)
+        self._wire_lanes(m, schedule, words, drain)
         return m
 
-    def _wire_lanes(self, m: Module, schedule: Schedule, prepare: Prepare, drain: Drain) -> None:
+    def _wire_lanes(self, m: Module, schedule: Schedule, words: Any, drain: Drain) -> None:
         """Coefficients and operand words meet in the lanes, whose sums go to the drain."""
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
         m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
         coefficients = self._coefficients(m, schedule)
         # TIMING: operand words -> lanes
-        words = [delayed(m, word, 2, f"word{number}") for number, word in enumerate(prepare.words)]
+        words = [delayed(m, word, 2, f"word{number}") for number, word in enumerate(words)]
         for number, coefficient in enumerate(coefficients):
             m.submodules[f"lane{number}"] = lane = _Lane(self._design)
             m.d.comb += [
@@ -235,17 +234,15 @@ class MatVec(wiring.Component):
             m.d.sync += marks.bit_select(buffer.filling, 1).eq(port.payload[name])
         return marks.bit_select(buffer.head, 1)
 
-    def _wire_passes(
-        self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
-    ) -> None:
-        """Facts of the two passes in flight, for the operand path and the drain.
+    def _wire_passes(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, drain: Drain) -> Any:
+        """Facts of the two passes in flight, for the operand path and the drain; returns the operand words.
 
         A launch stores them by the parity of the pass.  Each user then looks at the pass that it works on:
 
         ============ ========================== =====================================
         user         looks at                   parity of its pass
         ============ ========================== =====================================
-        prepare      ``headroom``, ``stack``    ``read_parity``, ``READ`` cycles later
+        operand      ``headroom``, ``stack``    ``read_parity``, ``READ`` cycles later
         placement    ``new``, ``stack``         ``captured``: passes captured so far
         drain        ``headroom``               ``oldest``: the pass that drains next
         ============ ========================== =====================================
@@ -275,16 +272,17 @@ class MatVec(wiring.Component):
         read_parity = delayed(m, schedule.read_parity, READ, "read_parity")
         for buffer in sources:
             m.d.comb += buffer.read.eq(Cat(schedule.quad[: len(buffer.read) - 1], bank))
+        quad = Signal(vector_quad(design))
+        shifts = Signal(headroom_quad(design))
         m.d.comb += [
             schedule.drained.eq(drain.drained),
-            prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
-            prepare.headroom.eq(fact("headroom", read_parity)),
+            quad.eq(Array(b.quad.as_value() for b in sources)[source]),
+            shifts.eq(fact("headroom", read_parity)),
             drain.headroom.eq(fact("headroom", schedule.oldest)),
             drain.new.eq(fact("new", captured)),
             drain.stack.eq(fact("stack", captured)),
         ]
-        if lengths_differ(design):
-            m.d.comb += prepare.stack.eq(fact("stack", read_parity))
+        return prepared(m, design, quad, shifts, fact("stack", read_parity) if lengths_differ(design) else None)
 
 
 class _Lane(Elaboratable):
