@@ -115,9 +115,11 @@ class PatternRun:
         """A part of the frames with this run's stalls."""
         chosen = simulator or self.simulator
         core = self.core if chosen == "amaranth" or isinstance(self.core, Netlist) else None
-        seed = self.seed + self.number
-        options |= {"expected": self.expected[part], "core": core}
-        return simulate(self.design, self.codes[part], chosen, seed, self.pattern, self.pattern, **options)
+        seed, codes = self.seed + self.number, self.codes[part]
+        # Frames are numbered from reset on, in a word of theirs.
+        expected = self.design.model(codes).words if part.start else self.expected[part]
+        options |= {"expected": expected, "core": core}
+        return simulate(self.design, codes, chosen, seed, self.pattern, self.pattern, **options)
 
     def _is_wrong(self, part: slice, waves: Path) -> bool:
         """Simulate a part of the frames with waves; true if a word was wrong."""
