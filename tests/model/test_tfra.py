@@ -84,10 +84,12 @@ class TestDegenerate:
             assert name == "status" or not getattr(found, name)[:2].any()
             np.testing.assert_array_equal(getattr(found, name)[2:], getattr(plain, name)[2:])
 
-    @pytest.mark.parametrize("value", [-1e-9, np.nan])
-    def test_a_negative_threshold_is_refused(self, value):
-        with pytest.raises(ValueError, match="contact_threshold: zero or more is needed, got"):
-            Tfra(self.sensor, contact_threshold=value)
+    @pytest.mark.parametrize(
+        ("name", "value"), [("contact_threshold", -1e-9), ("contact_threshold", np.nan), ("plateau_tolerance", -1)]
+    )
+    def test_choices_outside_their_range_are_refused(self, name, value):
+        with pytest.raises(ValueError, match=f"^{name}: .* is needed, got"):
+            Tfra(self.sensor, **{name: value})
 
     def test_compression_only_is_solved_by_normal_forces(self):
         frame = -np.arange(24.0).reshape(4, 6)
