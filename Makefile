@@ -5,7 +5,6 @@
 # Campaigns, each of which writes the tables and figures of its pages:
 # make campaign, make axi
 #              many cores against the model, word for word, alone and behind AXI (half an hour)
-# make gates   the gates of larger cores, simulated
 # make mutants what the tests notice of small wrong changes, docs/development.md: hours
 # make formats, make bits
 #              what the word lengths cost in accuracy (docs/measured.md), and default studies (docs/how_many_bits.md): an hour
@@ -17,7 +16,6 @@
 #              the prices of tfra size, fitted to syntheses of parallel and of serial cores
 # make baselines, make axi_cost
 #              resources and frequency by version of the tools, docs/synth.md; what the wrapper costs, docs/ip.md
-# make truth   what README, demo and tfra estimate say of TFRA's friction
 # make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
 # make clean   forget everything that was made here, the environment included
@@ -30,8 +28,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi gates mutants formats bits accuracy errors front_end cores speed estimates baselines axi_cost \
-  truth
+CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed estimates baselines axi_cost
 
 .PHONY: demo test test-rest test-all docs counts pages clean icarus chromium $(CAMPAIGNS)
 .DELETE_ON_ERROR:

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 @cache
 def medians() -> dict[str, float]:
-    """Median estimated friction on random contacts, by the true one; ``bench.contacts.truth`` writes it."""
+    """Median estimated friction on random contacts, by the true one; ``make errors`` writes it."""
     by_true_mu: dict[str, float] = json.loads(files("tfra.model").joinpath("truth.json").read_text())["mu_found"]
     return by_true_mu
 

@@ -1,13 +1,14 @@
 """Sources of TFRA's error: one influence at a time, on random contacts and on the paper's two.
 
-``python -m bench.contacts.errors [--contacts N]`` writes ``bench/results/errors.json``, the figure beside it and the
-tables of friction in docs/studies/errors.md; :mod:`bench.contacts.truth` updates the README.  Errors are those of
-Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070.
+``python -m bench.contacts.errors [--contacts N]`` writes ``bench/results/errors.json``, the figure beside it, the
+tables of friction in docs/studies/errors.md, and what demo, README and docs/measured.md say of TFRA's friction.  Errors
+are those of Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070.
 """
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+import json
+import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -15,188 +16,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.accuracy.loads import peak
-from bench.contacts import truth
-from bench.contacts.half_space import half_space
+from bench.contacts.scenes import SEED, STUDIES, Scene, groups
 from bench.publish import ROOT, insert, store
-from tfra.codegen.config.read import load
+from tfra.model import truth
 from tfra.model.arrays import Floats
-from tfra.model.boussinesq import operators
-from tfra.model.cover.contact import Contacts, taxel_forces
-from tfra.model.cover.layer import frames
-from tfra.model.cover.scenes import random_contacts
 from tfra.model.metrics import error_force, turn_deg
-from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Result, Tfra, friction
+from tfra.model.tfra import Result, Tfra
 
 PAGE = "docs/studies/errors.md"
-SEED = 2024
-EXAMPLES = {"ellipse": "hertz_40x20", "rectangle": "rectangle_40x40"}
 MEASURES = {"force": "#D55E00", "mu": "#0072B2", "phi": "#009E73"}  # colours of Okabe and Ito
 NAMES = {"force": "F", "mu": "μ", "phi": "φ"}
-
-
-@dataclass(frozen=True)
-class Group:
-    """Contacts on one sensor."""
-
-    sensor: SensorArray
-    contacts: Contacts
-
-    @property
-    def pitch(self) -> Floats:
-        """Both pitches ``(2,)``, m."""
-        return np.array([self.sensor.pitch_x, self.sensor.pitch_y])
-
-    @property
-    def middle(self) -> Floats:
-        """Middle of the array ``(2,)``, m."""
-        return self.pitch * (self.sensor.columns - 1, self.sensor.rows - 1) / 2
-
-    def changed(self, **fields: Floats) -> "Group":
-        """The same contacts with other fields of :class:`Contacts`, whose shapes they broadcast to."""
-        arrays: dict[str, Any] = {
-            name: np.broadcast_to(value, getattr(self.contacts, name).shape) for name, value in fields.items()
-        }
-        return replace(self, contacts=replace(self.contacts, **arrays))
-
-
-@dataclass(frozen=True)
-class Scene:
-    """Frames ``(n, rows, columns)`` in Pa, the true resultants ``(n, 3)`` in N, and the steps of the search."""
-
-    sensor: SensorArray
-    stress: Floats
-    forces: Floats
-    steps: int = 100
-
-
-Scenes = Iterator[tuple[str, Scene]]
-
-
-def groups(count: int) -> dict[str, Group]:
-    """Random contacts on the 40 x 40 mm sensor, and the examples' contacts in 24 directions.
-
-    Of ``count`` drawn ones those are left out that TFRA flags, nearly always because no taxel is under traction.
-    """
-    projects = {name: load(ROOT / "examples" / f"{example}.toml") for name, example in EXAMPLES.items()}
-    paper = {name: Group(project.design.sensor, Contacts.of(project.contacts)) for name, project in projects.items()}
-    sensor = paper["rectangle"].sensor
-    drawn = Contacts.of(random_contacts(sensor, count, np.random.default_rng(SEED)))
-    swept = Tfra(sensor)(frames(sensor, drawn)).status == 0
-    return {"random": Group(sensor, Contacts(**{key: array[swept] for key, array in vars(drawn).items()}))} | paper
-
-
-def scene(group: Group, steps: int = 100) -> Scene:
-    """The group on an elastic layer, stress at the taxels' centres."""
-    return Scene(group.sensor, frames(group.sensor, group.contacts), group.contacts.force, steps)
-
-
-def kernels(group: Group) -> Scenes:
-    """Scenes from TFRA's assumptions to a sensor's conditions."""
-    sensor, contacts, forces = group.sensor, group.contacts, group.contacts.force
-    ideal = taxel_forces(sensor, contacts).reshape(len(contacts), -1) @ operators(sensor).a.T  # Eq. 3
-    yield "forces at taxels", Scene(sensor, ideal.reshape(-1, sensor.rows, sensor.columns), forces)
-    yield "half-space", Scene(sensor, half_space(sensor, contacts), forces)
-    yield "layer", scene(group)
-    yield "layer, areas", Scene(sensor, frames(sensor, contacts, "area"), forces)
-
-
-def resolutions(group: Group) -> Scenes:
-    """Arrays of 5 x 5 to 20 x 20 taxels over the same surface."""
-    sensor = group.sensor
-    for side in (5, 7, 10, 14, 20):
-        finer = Group(
-            SensorArray(side, side, sensor.size_x / side, sensor.size_y / side, sensor.thickness), group.contacts
-        )
-        yield f"{side}×{side}", scene(finer.changed(center=group.contacts.center + (group.pitch - finer.pitch) / 2))
-
-
-def noises(group: Group) -> Scenes:
-    """Normal noise on every taxel, its standard deviation in percent of the frame's peak."""
-    exact, rng = scene(group), np.random.default_rng(SEED)
-    for percent in (0, 0.1, 0.3, 1, 3):
-        noise = percent / 100 * peak(exact.stress) * rng.normal(size=exact.stress.shape)
-        yield f"{percent:g} %", replace(exact, stress=exact.stress + noise)
-
-
-def converters(group: Group) -> Scenes:
-    """Rounded to signed codes; full scale is 105 % of the group's largest stress."""
-    exact = scene(group)
-    full = 1.05 * np.abs(exact.stress).max()
-    for bits in (8, 10, 12, 14, 16):
-        lsb = full / 2 ** (bits - 1)
-        yield f"{bits}", replace(exact, stress=np.rint(exact.stress / lsb) * lsb)
-
-
-def frictions(group: Group, layer: bool) -> Scenes:
-    """Every contact with one friction coefficient, on the layer or on a half-space."""
-    force = group.contacts.force
-    for mu in (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9):
-        tangential = force[:, :2] * (mu / friction(force))[:, None]
-        same = group.changed(force=np.concatenate([tangential, force[:, 2:]], axis=1))
-        stress = (frames if layer else half_space)(same.sensor, same.contacts)
-        yield f"{mu:g}", Scene(same.sensor, stress, same.contacts.force)
-
-
-def sizes(group: Group) -> Scenes:
-    """Half sides from a quarter to four pitches, centres within half a pitch of the middle; the paper's stay."""
-    rng, count = np.random.default_rng(SEED), len(group.contacts)
-    spread = 0.0 if len(np.unique(group.contacts.center, axis=0)) == 1 else 0.5
-    centres = group.middle + rng.uniform(-spread, spread, (count, 2)) * group.pitch
-    for size in (0.25, 0.5, 0.75, 1, 1.5, 2, 3, 3.5):
-        yield f"{size:g}", scene(group.changed(half=size * group.pitch, center=centres))
-
-
-def centres(group: Group) -> Scenes:
-    """Moved off the middle by up to three pitches in a random direction; half sizes at most two pitches."""
-    rng = np.random.default_rng(SEED)
-    angle = rng.uniform(0, 2 * np.pi, len(group.contacts))
-    way = np.stack([np.cos(angle), np.sin(angle)], axis=1) * group.pitch
-    small = group.changed(half=np.minimum(group.contacts.half, 2 * group.pitch))
-    for distance in (0, 0.25, 0.5, 1, 2, 3):
-        yield f"{distance:g}", scene(small.changed(center=group.middle + distance * way))
-
-
-def pairs(group: Group, turned: bool) -> Scenes:
-    """Two contacts at once, apart along x, half sizes at most a pitch; they share the force by 20 to 80 %.
-
-    ``turned`` gives the second one's tangential force a direction of its own.
-    """
-    rng, count = np.random.default_rng(SEED), len(group.contacts)
-    share = rng.uniform(0.2, 0.8, count)
-    turn = rng.uniform(0, 2 * np.pi, count) * turned
-    small = group.changed(half=np.minimum(group.contacts.half, group.pitch))
-    x, y, z = group.contacts.force.T
-    other = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y, z])
-    for distance in (0, 2, 3, 4, 5, 6):
-        apart = np.array([distance / 2, 0]) * group.pitch
-        one = scene(small.changed(center=group.middle - apart, force=(share * [x, y, z]).T))
-        two = scene(small.changed(center=group.middle + apart, force=((1 - share) * other).T))
-        yield f"{distance}", replace(one, stress=one.stress + two.stress, forces=one.forces + two.forces)
-
-
-def searches(group: Group) -> Scenes:
-    """Steps of the search for the friction coefficient."""
-    exact = scene(group)
-    for steps in (10, 20, 50, 100, 200, 500, 1000):
-        yield f"{1 / steps:g}", replace(exact, steps=steps)
-
-
-STUDIES: dict[str, tuple[str, Callable[[Group], Scenes]]] = {
-    "kernel": ("stress from", kernels),
-    "resolution": ("taxels over the same surface", resolutions),
-    "noise": ("noise, share of the peak", noises),
-    "converter": ("bits of the converter", converters),
-    "friction": ("μ of the contact", lambda group: frictions(group, True)),
-    "half-space": ("μ of the contact, half-space", lambda group: frictions(group, False)),
-    "size": ("half size / pitch", sizes),
-    "centre": ("centre off the middle / pitch", centres),
-    "same": ("two contacts, same direction: distance / pitch", lambda group: pairs(group, False)),
-    "turned": ("two contacts, random directions: distance / pitch", lambda group: pairs(group, True)),
-    "search": ("step Δ of the search", searches),
-}
-"""Influences: what their settings are, and their scenes."""
+TOLD = ("0.3", "0.5", "0.7")
+"""True friction coefficients for which the package has the estimated ones."""
 
 
 def errors(forces: Floats, found: Result) -> dict[str, Floats]:
@@ -237,6 +68,40 @@ def friction_table(results: dict[str, dict[str, Any]]) -> str:
             cells.append(f"{row['flagged'] / row['frames']:.0%}")
         lines.append(f"| {setting} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def publish_truth(friction: dict[str, Any]) -> None:
+    """What package and pages say of TFRA's friction on random contacts, from its results by true friction."""
+    found = {mu: friction[mu]["mu_found"][1] for mu in TOLD}
+    record = {"source": "bench/results/errors.json", "mu_found": found}
+    (ROOT / "model" / "truth.json").write_text(json.dumps(record, indent=1) + "\n")
+    truth.medians.cache_clear()
+    insert("right", truth_table(friction))
+    insert("truth", textwrap.fill(f"- {truth.sentence()}", 120, subsequent_indent="  "), "README.md")
+
+
+def truth_table(friction: dict[str, Any]) -> str:
+    """Markdown with a column for each true friction: the estimate, its error, and frames without one."""
+    flagged = (f"{row['flagged'] / row['frames']:.0%}" for row in friction.values())
+    lines = {
+        "true μ": friction,
+        "μ found, median (5–95 %)": map(_found, friction.values()),
+        "φ off, median, in degrees": map(_phi, friction.values()),
+        "force found over true modulus, median": (f"{row['modulus']:.2f}" for row in friction.values()),
+        "frames with a status bit, nearly all `COMPRESSION_ONLY`": flagged,
+    }
+    head, *rest = (f"| {name} | {' | '.join(cells)} |" for name, cells in lines.items())
+    return "\n".join([head, "|---|" + "---:|" * len(friction), *rest])
+
+
+def _found(row: dict[str, Any]) -> str:
+    percentiles = row["mu_found"]
+    return "–" if percentiles is None else "{1:.2f} ({0:.2f}–{2:.2f})".format(*percentiles)
+
+
+def _phi(row: dict[str, Any]) -> str:
+    """Degrees of a percentage of a full turn; none where most frames are flagged, since these have no direction."""
+    return "–" if 2 * row["flagged"] > row["frames"] else f"{3.6 * row['phi']['median']:.0f}"
 
 
 SHOWN = (0.3, 100.0)
@@ -289,7 +154,7 @@ def main() -> None:
     store("errors", {"drawn": count, "contacts": len(everyone["random"].contacts), "seed": SEED, "results": results})
     for name in ("friction", "half-space"):
         insert(f"{name} found", friction_table(results[name]), PAGE)
-    truth.main()
+    publish_truth(results["friction"]["random"])
     plot(results)
 
 

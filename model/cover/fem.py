@@ -9,7 +9,7 @@ along x, y and z.
 Locking: the cover is thin, bonded and nearly incompressible; with full integration, quadratic hexahedra of 1 mm
 miss b_z by up to 3.5 % of its peak at nu = 0.48.  So the volume change enters by its projection on 1, x, y, z in each
 element (B-bar; with quadratic displacements a stable pair, doi:10.1007/978-3-642-36519-5), and the error at
-nu = 0.499 is nearly that at 0.48, see the table of ``bench/contacts/fem_convergence.py``.
+nu = 0.499 is nearly that at 0.48.
 
 Stress at the base: not derived from the displacements, which would lose an order, but from the reactions
 r = K u of the bonded nodes.  The stress that does the same work as r on every shape function of the base,

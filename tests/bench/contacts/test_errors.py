@@ -1,16 +1,19 @@
 """The scenes of the error study are what they say, and its measure is zero for a perfect estimate alone."""
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from bench.contacts import errors
-from bench.contacts.half_space import half_space, nodes
+from bench.contacts import errors, scenes
+from bench.contacts.scenes import STUDIES, half_space, nodes
+from bench.publish import ROOT, stored
 from tfra.model.boussinesq import boussinesq
 from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.sensor import SensorArray
+from tfra.model.truth import medians, sentence
 
 SENSOR = SensorArray(10, 10, 4e-3, 4e-3, 3e-3)
 CONTACTS = random_contacts(SENSOR, 6, np.random.default_rng(1))
@@ -18,7 +21,7 @@ CONTACTS = random_contacts(SENSOR, 6, np.random.default_rng(1))
 
 @pytest.fixture
 def group():
-    return errors.Group(SENSOR, Contacts.of(CONTACTS))
+    return scenes.Group(SENSOR, Contacts.of(CONTACTS))
 
 
 def test_a_perfect_estimate_has_no_error_and_a_corrupted_one_has(group):
@@ -53,9 +56,9 @@ def test_half_space_of_a_point_is_the_kernel(group):
     np.testing.assert_allclose(fine, finer, atol=1e-5 * np.abs(finer).max())
 
 
-@pytest.mark.parametrize("name", list(errors.STUDIES))
+@pytest.mark.parametrize("name", list(STUDIES))
 def test_every_study_measures(name, group):
-    results = {label: errors.measure(scene) for label, scene in errors.STUDIES[name][1](group)}
+    results = {label: errors.measure(scene) for label, scene in STUDIES[name][1](group)}
     assert len(results) > 3
     values = [row[key][part] for row in results.values() for key in errors.MEASURES for part in ("median", "p95")]
     assert np.isfinite(values).all()
@@ -63,35 +66,66 @@ def test_every_study_measures(name, group):
 
 
 def test_flagged_frames_have_no_say_in_the_friction_found(group):
-    rows = {label: errors.measure(scene) for label, scene in errors.frictions(group, True)}
+    rows = {label: errors.measure(scene) for label, scene in scenes.frictions(group, True)}
     assert rows["0.05"]["mu_found"] is None  # nothing is under traction
     assert rows["0.05"]["flagged"] == len(group.contacts)
     assert "| 0.05 | – | 100% |" in errors.friction_table({"random": rows})
 
 
 def test_neutral_settings_are_the_plain_scene(group):
-    plain = errors.scene(group).stress
+    plain = scenes.scene(group).stress
     for name, label in (("kernel", "layer"), ("resolution", "10×10"), ("noise", "0 %"), ("search", "0.01")):
-        found = dict(errors.STUDIES[name][1](group))[label]
+        found = dict(STUDIES[name][1](group))[label]
         np.testing.assert_allclose(found.stress, plain, atol=1e-9 * np.abs(plain).max(), err_msg=name)
 
 
 def test_noise_and_codes_are_as_large_as_stated(group):
-    plain = errors.scene(group).stress
+    plain = scenes.scene(group).stress
     peak = np.abs(plain).max()
-    noisy = dict(errors.noises(group))["1 %"].stress
+    noisy = dict(scenes.noises(group))["1 %"].stress
     relative = (noisy - plain) / np.abs(plain).max(axis=(1, 2), keepdims=True)
     assert relative.std() == pytest.approx(0.01, rel=0.1)
-    coarse = dict(errors.converters(group))["8"].stress
+    coarse = dict(scenes.converters(group))["8"].stress
     lsb = 1.05 * peak / 128
     assert lsb / 4 < np.abs(coarse - plain).max() <= lsb / 2
 
 
 def test_a_pair_in_one_place_and_direction_is_one_contact(group):
-    pair = dict(errors.pairs(group, False))["0"]
-    one = errors.scene(group.changed(half=np.minimum(group.contacts.half, group.pitch), center=group.middle))
+    pair = dict(scenes.pairs(group, False))["0"]
+    one = scenes.scene(group.changed(half=np.minimum(group.contacts.half, group.pitch), center=group.middle))
     np.testing.assert_allclose(pair.stress, one.stress, atol=1e-9 * np.abs(one.stress).max())
     np.testing.assert_allclose(pair.forces, one.forces)
-    apart = dict(errors.pairs(group, True))["4"]
+    apart = dict(scenes.pairs(group, True))["4"]
     np.testing.assert_allclose(apart.forces[:, 2], one.forces[:, 2])
     assert (np.hypot(*apart.forces[:, :2].T) < np.hypot(*one.forces[:, :2].T)).all()
+
+
+def block(name, page="README.md"):
+    """What stands between the marks of a page."""
+    _, _, rest = (ROOT / page).read_text().partition(f"<!-- {name} -->\n")
+    text, mark, _ = rest.partition(f"\n<!-- end {name} -->")
+    assert mark, f"<!-- {name} --> is missing in {page}"
+    return text
+
+
+def test_pages_and_package_say_what_the_study_found():
+    friction = stored("errors")["results"]["friction"]["random"]
+    assert medians() == {mu: friction[mu]["mu_found"][1] for mu in errors.TOLD}
+    assert medians() == {"0.3": 0.046, "0.5": 0.438, "0.7": 0.902}
+    assert " ".join(block("truth").split()) == f"- {sentence()}"
+    assert block("right", "docs/measured.md") == errors.truth_table(friction)
+
+
+def test_other_results_change_every_place(tmp_path, monkeypatch):
+    for name in ("README.md", "docs/measured.md", "model/truth.json"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    friction = stored("errors")["results"]["friction"]["random"]
+    friction["0.3"]["mu_found"] = [0.1, 0.22, 0.31]
+    monkeypatch.setattr(errors, "ROOT", tmp_path)
+    monkeypatch.setattr("bench.publish.ROOT", tmp_path)
+    errors.publish_truth(friction)
+    assert json.loads((tmp_path / "model" / "truth.json").read_text())["mu_found"]["0.3"] == 0.22
+    assert "| 0.22 (0.10–0.31) |" in (tmp_path / "docs" / "measured.md").read_text()
+    with pytest.raises(AssertionError, match="nowhere"):
+        block("nowhere")
