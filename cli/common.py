@@ -1,23 +1,16 @@
 """Shared by the commands: arguments, printing, progress of long work."""
 
-from __future__ import annotations
-
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-from tfra.synth.forecast import spoken
-
-if TYPE_CHECKING:
-    from tfra.synth.forecast import Forecast
+from rich.progress import Progress
 
 PATIENCE = 2.0
 """Seconds of work before a progress bar appears."""
@@ -122,17 +115,8 @@ class _Lines:
         typer.echo(f"{self._title}: {share:.0f} %, about {spoken(left)} left", err=True)
 
 
-@contextmanager
-def forecasts(command: str) -> Iterator[Callable[[Forecast], None]]:
-    """Yield a function that shows the progress of ``command``, to be called when a step begins.
-
-    A terminal shows one line that is updated; otherwise each step prints a line, from the first long step on.
-    """
-    console = Console(stderr=True)
-    if not console.is_interactive:
-        yield lambda forecast: typer.echo(f"{command}: {forecast}", err=True) if forecast.expected else None
-        return
-    columns = (SpinnerColumn(), TextColumn("{task.fields[forecast]}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as line:
-        task = line.add_task("", forecast="")
-        yield lambda forecast: line.update(task, forecast=forecast)
+def spoken(seconds: float) -> str:
+    """A time as text, in s, min or h."""
+    if seconds < 90:
+        return f"{max(1, round(seconds))} s"
+    return f"{round(seconds / 60)} min" if seconds < 90 * 60 else f"{seconds / 3600:.1f} h"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, OutDirectory, forecasts, print_json
+from tfra.cli.common import Config, Json, OutDirectory, print_json, progress
 from tfra.codegen.config.core import check_core
 from tfra.families import Target, find, part_names
 from tfra.runtime.errors import InputError
@@ -40,8 +40,8 @@ def synth(
     project = load(config)
     check_core(project)
     try:
-        with forecasts("tfra synth") as say:
-            work = Run(project.design, part, seeds, clock_mhz or part.clock_mhz, say)
+        with progress("estimating") as advance:
+            work = Run(project.design, part, seeds, clock_mhz or part.clock_mhz, advance)
             work.write(out, [config])
     except Stopped:
         _show(work, json)

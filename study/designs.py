@@ -171,7 +171,7 @@ class Placed(RowTask):
         row: dict[str, Any] = {"name": job.name, "part": target.name, f"{PLACED}reason": None}
         try:
             with scratch(temporary()) as folder:
-                run = Run(job.design, target, self.seeds, self.clock_mhz, lambda forecast: None)
+                run = Run(job.design, target, self.seeds, self.clock_mhz, lambda *_: None)
                 report = run.write(folder / "fpga")
         except (ToolError, ValueError) as error:
             return row | {f"{PLACED}reason": str(error).splitlines()[0]}

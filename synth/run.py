@@ -15,7 +15,6 @@ from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import cached_step
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
-from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name
 from tfra.synth.page import page, render
 from tfra.synth.pins import Pins
 from tfra.synth.report import median_route, report
@@ -23,20 +22,28 @@ from tfra.synth.tools import programs, require, versions
 
 SIDECAR = "report.json"
 
+FIXED_S = 10.0
+"""Seconds that a tool needs for the smallest core."""
+YOSYS_S, SEED_S, BITSTREAM_S = 2e-3, 15e-3, 5e-5
+"""Seconds for each lookup table, as PyPI's tools took on one machine: their shares are the steps' in the progress."""
+
 
 @dataclass
 class Run:
-    """One core on one part, with the tools' results so far.  ``say`` is called when a step begins."""
+    """One core on one part, with the tools' results so far.
+
+    ``advance`` is called with the seconds expected of what has ended and of all steps, and with the step's name.
+    """
 
     design: Design
     target: Target
     seeds: int
     clock_mhz: float
-    say: Callable[[Forecast], None]
+    advance: Callable[[int, int, str], None]
     estimated: Estimate | None = None
     synthesis: Synthesis | None = None
     routes: list[Route] = field(default_factory=list)
-    forecast: Forecast = field(default_factory=Forecast)
+    expected: int = 0
 
     def write(self, directory: Path, inputs: Sequence[Path] = ()) -> dict[str, Any]:
         """Synthesise, place and route with seeds 1 to ``seeds``, and return the report.
@@ -71,28 +78,22 @@ class Run:
 
     def _implement(self, fresh: Path) -> None:
         """Run the tools in the directory ``fresh``."""
-        self.say(self.forecast)
         self.estimated = estimate(self.design, self.target.family)
         total = self.estimated.total
         if lacks := misfits(total, self.target, self.design.architecture.kind):
             raise ValueError(lacks[0])
-        self.forecast.plan(total["LUT"], self.wanted)
-        self._begin(YOSYS)
-        key = self._synthesise(fresh)
+        yosys, seed_s, bitstream = (round(FIXED_S + each * total["LUT"]) for each in (YOSYS_S, SEED_S, BITSTREAM_S))
+        self.expected = yosys + (self.wanted * seed_s + bitstream if self.wanted else 0)
+        key = self._synthesise(fresh, yosys)
         for seed in range(1, self.wanted + 1):
-            self._begin(seed_name(seed))
-            self.routes.append(self._route(fresh, key, seed))
+            self.routes.append(self._route(fresh, key, seed, seed_s))
         if self.routes:
-            self._begin(BITSTREAM)
+            self.advance(0, self.expected, "bitstream")
             pack(self.target, fresh, median_route(self.routes).seed, self.design.name)
         for leftover in [fresh / NETLIST, *fresh.glob("*.layout")]:
             leftover.unlink()
 
-    def _begin(self, step: str) -> None:
-        self.forecast.begin(step)
-        self.say(self.forecast)
-
-    def _synthesise(self, fresh: Path) -> str:
+    def _synthesise(self, fresh: Path, seconds: int) -> str:
         """Run yosys; returns the key of its netlist."""
         text, family = netlist(self.design, self.target), self.target.family
         programs = map(repr, (versions(family), options(family)))
@@ -101,19 +102,25 @@ class Run:
         def step() -> dict[str, Any]:
             return asdict(synthesise(text, self.design.name, self.target, fresh))
 
-        self.synthesis = Synthesis(**self._cached("yosys", key, fresh, step))
+        self.synthesis = Synthesis(**self._cached("yosys", seconds, key, fresh, step))
         return key
 
-    def _route(self, fresh: Path, key: str, seed: int) -> Route:
+    def _route(self, fresh: Path, key: str, seed: int, seconds: int) -> Route:
         def step() -> dict[str, Any]:
             return asdict(route(self.target, fresh, seed, self.clock_mhz))
 
-        found = self._cached("route", digest(key, str(seed), repr(self.clock_mhz)), fresh, step)
+        key = digest(key, str(seed), repr(self.clock_mhz))
+        found = self._cached(f"place and route, seed {seed}", seconds, key, fresh, step)
         return Route(**{**found, "path": CriticalPath(**found["path"])})
 
-    def _cached(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """The result of ``step``, new or from the cache; the forecast ignores the time of the latter."""
-        result, self.forecast.cached = cached_step(f"{name}-{self.design.name}", key, fresh, step)
+    def _cached(
+        self, title: str, seconds: int, key: str, fresh: Path, step: Callable[[], dict[str, Any]]
+    ) -> dict[str, Any]:
+        """The result of ``step``, new or from the cache; then it counts for nothing in the progress."""
+        self.advance(0, self.expected, title)
+        result, cached = cached_step(f"{title.partition(' ')[0]}-{self.design.name}", key, fresh, step)
+        self.expected -= seconds * cached
+        self.advance(seconds * (not cached), self.expected, title)
         return result
 
 

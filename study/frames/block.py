@@ -9,12 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Floats, Singles
 
 BLOCK = 1024
 """Frames of a block; the last one of a part may have fewer."""
 
-Singles = npt.NDArray[np.float32]
 
 _ARRAYS = {"stress": "stress_pa", "noisy": "noisy_stress_pa", "shares": "share_of_force"}
 """Columns of the arrays, each row a frame's taxels, row by row."""
