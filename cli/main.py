@@ -135,5 +135,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _command_of(error: typer.TyperException) -> str:
     return str(getattr(getattr(error, "ctx", None), "command_path", "tfra"))
-
-

@@ -142,4 +142,3 @@ def _require_sensor(file: Path, about: About, sensor: SensorArray) -> None:
             raise InputError(file, f"sensor.{key}", f"is trained for {own[key]:g}, CONFIG has {needed:g}: {_AGAIN}")
     if about.sensor_sha256 != sensor_sha256(sensor):
         raise InputError(file, "about.sensor_sha256", f"is not that of the sensor: {_AGAIN}")
-
