@@ -14,7 +14,7 @@ def publish(name: str, record: dict[str, Any], table: str, page: str = "docs/mea
     insert(name, table, page)
 
 
-def store(name: str, record: dict[str, Any]) -> None:
+def store(name: str, record: Any) -> None:
     """Write ``bench/results/NAME.json``."""
     results = ROOT / "bench" / "results"
     results.mkdir(exist_ok=True)

@@ -30,9 +30,7 @@ Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="The same seed giv
 
 OutDirectory = Annotated[
     Path,
-    typer.Option(
-        "--out", metavar="DIR", help="A new or empty directory, or an unchanged one that this command wrote."
-    ),
+    typer.Option("--out", metavar="DIR", help="A new or empty directory, or an unchanged one that this command wrote."),
 ]
 
 

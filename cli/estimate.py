@@ -26,9 +26,7 @@ Frames = Annotated[
 ]
 Out = Annotated[
     Path,
-    typer.Option(
-        metavar="RESULT.npz", help="Output file; RESULT.csv and RESULT.parquet are folders of two tables."
-    ),
+    typer.Option(metavar="RESULT.npz", help="Output file; RESULT.csv and RESULT.parquet are folders of two tables."),
 ]
 EngineOption = Annotated[
     Engine,

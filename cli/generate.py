@@ -31,7 +31,7 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
     from tfra.codegen.generate import generate as write
     from tfra.model.fixed.feasibility import accuracy_estimate
     from tfra.runtime.processes import ToolError
-    from tfra.synth.part import part_of
+    from tfra.synth.estimate import part_of
 
     project = load(config)
     check_core(project)

@@ -23,26 +23,15 @@ Files = dict[str, str]
 
 @dataclass(frozen=True)
 class Backend:
-    """A back end by its ``name``; ``help`` is a line for users."""
+    """A language that designs are written in."""
 
-    name: str
-    help: str
     files: Callable[[Design], Files]
     """The files of a design, the same for the same design; raises ``ValueError`` for one that can't be built."""
     package: Callable[[Design, Mapping[str, str], Part], Files]
     """Further files around those given, for projects with the device."""
 
 
-_ALL = (Backend("verilog", "Verilog of the core, its memories' contents and a testbench.", verilog, package),)
-
-BACKENDS = {backend.name: backend for backend in _ALL}
-
-
-def find_backend(name: str) -> Backend:
-    """The back end ``name``; raises ``InputError`` for an unknown one."""
-    if name not in BACKENDS:
-        raise InputError("backend", name, f"one of {', '.join(BACKENDS)} is needed")
-    return BACKENDS[name]
+BACKENDS = {"verilog": Backend(verilog, package)}
 
 
 def generate(
@@ -56,7 +45,9 @@ def generate(
     Raises as the back end's ``files``, and ``InputError`` for a directory that can't be written, or a name that a
     package can't have; all leave the directory as it was.
     """
-    chosen = find_backend(backend)
+    if backend not in BACKENDS:
+        raise InputError("backend", backend, f"one of {', '.join(BACKENDS)} is needed")
+    chosen = BACKENDS[backend]
     with output_directory(directory, "generate", inputs) as fresh:
         files = chosen.files(design)
         if part:

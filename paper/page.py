@@ -67,10 +67,7 @@ def _summary(table: Table) -> str:
     """Largest errors of one contact, beside those that the paper states."""
     measures = (("forces", "force"), ("μ", "mu"), ("φ", "phi"))
     ours, theirs = table.largest["TFRA, float"], table.largest["printed in the paper's text"]
-    errors = ", ".join(
-        f"{ours[key]:.2f}&nbsp;% in {name} (paper: {theirs[key]:.2f}&nbsp;%)"
-        for name, key in measures
-    )
+    errors = ", ".join(f"{ours[key]:.2f}&nbsp;% in {name} (paper: {theirs[key]:.2f}&nbsp;%)" for name, key in measures)
     contact = escape(table.title.removeprefix("Forces, "))
     return f'<p class="answer">TFRA’s largest errors for the {contact}, as the paper measures them: {errors}.</p>'
 

@@ -8,9 +8,7 @@ from tfra.sim.harness import Driver, Port
 from tfra.sim.protocol import STALLS, Job, Outcome, Record, stalls
 
 
-def run(
-    core: Any, job: Job, progress: Callable[[int], None] | None = None, waves: Path | None = None
-) -> Outcome:
+def run(core: Any, job: Job, progress: Callable[[int], None] | None = None, waves: Path | None = None) -> Outcome:
     """Run ``job`` on ``core``, a component with the stream ports ``taxel`` and ``result``, and ``load`` if it loads.
 
     Probes of the job are left out: their names are those of the Verilog.  ``waves`` is a VCD file to write.

@@ -15,7 +15,8 @@ from importlib.resources import files
 from itertools import product
 from typing import Any
 
-from tfra.families import FAMILIES, Family, Target
+from tfra.codegen.package.contents import Part
+from tfra.families import DEFAULT, FAMILIES, Family, Target, targets_of
 from tfra.families.family import HardMultiplier
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
@@ -206,3 +207,16 @@ def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") 
         for name, have in target.available.items()
         if total[name] > have * (1 + error.get(name, 0.0))
     ]
+
+
+def part_of(design: Design) -> Part:
+    """The part that a package describes its core for, the smallest of its family that it fits, and estimated resources.
+
+    ``DEFAULT``'s for designs of no family; always of the slowest grade; a core that fits none gets the largest.
+    """
+    family, kind = FAMILIES.get(design.target, DEFAULT), design.architecture.kind
+    total = estimate(design, family).total
+    slowest = list({target.part: target for target in reversed(targets_of(family))}.values())[::-1]
+    target = next((one for one in slowest if not misfits(total, one, kind)), slowest[-1])
+    resources = {name: (total[name], have) for name, have in target.available.items()}
+    return Part(target, resources, basis(kind, target.family, design.estimator))

@@ -25,9 +25,7 @@ from tfra.model.sensor import SensorArray
 from tfra.sim.verify import verify
 
 
-def design(
-    rows: int, columns: int, pitch: tuple[float, float], height: float, lanes: int, **more: Any
-) -> Design:
+def design(rows: int, columns: int, pitch: tuple[float, float], height: float, lanes: int, **more: Any) -> Design:
     """Lengths in mm; ``lanes``: MAC lanes."""
     sensor = SensorArray(rows, columns, pitch[0] / 1e3, pitch[1] / 1e3, height / 1e3)
     name = f"c{rows}x{columns}_{lanes}_{pitch[0]}x{pitch[1]}".replace(".", "p")

@@ -82,9 +82,7 @@ def timed() -> Iterator[Design]:
         most = 4 * -(-rows // 2) * -(-columns // 2)
         for lanes in sorted({4, most // 8 * 4 or 4, most}):
             architecture = Architecture(lanes, words)
-            yield TfraDesign(
-                SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=architecture
-            )
+            yield TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=architecture)
             yield untrained(rows, columns, (columns, words), architecture=architecture, taxel_forces=rows % 2 == 0)
 
 

@@ -1,14 +1,13 @@
 """What the short tests notice of small wrong changes in gateware and model.
 
-``python -m bench.exactness.mutants [--count N] [--seed S] [--keep] [--room NAME]`` changes one place at a time in a
-copy of the tree, spread evenly over the files (those in folders called NAME), and runs tests until one fails that
-passes without the change: first those nearest to the file, then those of whole cores, then all others of hdl, model,
-sim and codegen.  A mutant that the nearest tests don't notice and that leaves the fingerprint of all designs as it was
-changes nothing.  ``bench/results/mutants.json`` has every mutant, and ``--keep`` continues from there.
+``python -m bench.exactness.mutants [--keep]`` changes one place at a time in a copy of the tree, spread evenly over the
+files, and runs tests until one fails that passes without the change: first those nearest to the file, then those of
+whole cores, then all others of hdl, model, sim and codegen.  A mutant that the nearest tests don't notice and that
+leaves the fingerprint of all designs as it was changes nothing.  ``bench/results/mutants.json`` has every mutant, and
+``--keep`` continues from there.
 """
 
 import argparse
-import json
 import os
 import re
 import shutil
@@ -23,8 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from bench.exactness.mutations import Mutation, choose
-from bench.publish import ROOT, insert, store
+from bench.publish import ROOT, insert, store, stored
 
+COUNT, SEED = 112, 1
 AIM = 0.9
 """Least share of the mutants that the tests must notice."""
 MUTATED = ("hdl", "model/fixed")
@@ -113,24 +113,13 @@ def nearest(file: str, root: Path) -> Iterator[str]:
     yield from sorted(str(test) for test in others if test != named)
 
 
-def sources(room: str = "") -> list[tuple[str, str]]:
-    """Files that are changed, with their texts; only those in folders called ``room``, unless that is empty."""
-    files = sorted(path for folder in MUTATED for path in (ROOT / folder).rglob("*.py"))
-    return [(str(f.relative_to(ROOT)), f.read_text()) for f in files if not room or room in f.relative_to(ROOT).parts]
-
-
 def main() -> int:
     """Judge all mutants; 1 if the tests notice too few of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=112)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", action="store_true", help="keep what was judged before with this seed")
-    parser.add_argument("--room", default="", help="only files in folders of this name")
-    options = parser.parse_args()
-    chosen = choose(sources(options.room), options.count, options.seed)
-    path = ROOT / "bench" / "results" / "mutants.json"
-    before: dict[str, Any] = json.loads(path.read_text()) if options.keep and path.exists() else {"seed": None}
-    known = before["mutants"] if before["seed"] == options.seed else []
+    parser.add_argument("--keep", action="store_true", help="keep what was judged before")
+    sources = sorted(path for folder in MUTATED for path in (ROOT / folder).rglob("*.py"))
+    chosen = choose([(str(path.relative_to(ROOT)), path.read_text()) for path in sources], COUNT, SEED)
+    known = stored("mutants") if parser.parse_args().keep else []
     record = [{"file": file, **vars(mutation)} for file, mutation in chosen]
     for one in record:
         one |= next((old for old in known if one.items() <= old.items()), {})
@@ -140,7 +129,7 @@ def main() -> int:
             if "status" not in one:
                 one["status"], one["test"] = copy.judge(file, mutation)
                 print("{file}:{line} {kind}: {status} {test}".format(**one), flush=True)
-                store("mutants", {"seed": options.seed, "mutants": [each for each in record if "status" in each]})
+                store("mutants", [each for each in record if "status" in each])
     found = Counter(one["status"] for one in record)
     counted = found["noticed"] + found["survived"]
     files = len({one["file"] for one in record})

@@ -143,7 +143,8 @@ class Registers(wiring.Component):
             parts.append(words[place] & pipeline.register(m, number == place, "selected").replicate(BITS))
         wrong = pipeline.register(m, ~self._is_one_of(number, words), "wrong")
         with m.If(pipeline.register(m, self._port.read, "read", control=True)):
-            m.d.sync += [answer.eq(reduce(or_, parts)), error.eq(wrong)]
+            m.d.sync += answer.eq(reduce(or_, parts))
+            m.d.sync += error.eq(wrong)
         write_error = pipeline.driver(m, self._port.write_error)
         writable = [register.address >> _WORD for register in self._map.registers if register.writable]
         with m.If(self._port.write):

@@ -66,7 +66,8 @@ class Intake(wiring.Component):
         last = Signal()
         index, final = wrapping_counter(m, self.entered, self._taxels, "index")
         with m.If(self.ended):
-            m.d.sync += [index.eq(0), final.eq(0)]
+            m.d.sync += index.eq(0)
+            m.d.sync += final.eq(0)
         m.d.comb += [
             transfer.eq(self.i.valid & self.i.ready),
             last.eq(transfer & self.i.payload.last),
@@ -145,7 +146,8 @@ class Intake(wiring.Component):
             known.eq(self.check_sequence & (known | arrived)),
         ]
         with m.If(arrived):
-            m.d.sync += [sequence.eq(sequence + 1), following.eq(user + 1)]
+            m.d.sync += sequence.eq(sequence + 1)
+            m.d.sync += following.eq(user + 1)
         with m.If(self.entered & (self.index == 0)):
             m.d.sync += started.eq(self.time)
         with m.If(self.good):
@@ -194,11 +196,15 @@ class Means(wiring.Component):
         with m.If(self.written):
             m.d.sync += self.settling.eq(0)
         with m.If(self.good):
-            m.d.sync += [number.eq(Mux(part.final, 0, number + 1)), known.eq(1)]
+            m.d.sync += number.eq(Mux(part.final, 0, number + 1))
+            m.d.sync += known.eq(1)
             with m.If(part.final):
-                m.d.sync += [self.taring.eq(0), self.settling.eq(self.taring)]
+                m.d.sync += self.taring.eq(0)
+                m.d.sync += self.settling.eq(self.taring)
         with m.If(self.between & requested):
-            m.d.sync += [number.eq(0), self.taring.eq(1), requested.eq(0)]
+            m.d.sync += number.eq(0)
+            m.d.sync += self.taring.eq(1)
+            m.d.sync += requested.eq(0)
         with m.If(self.tare):
             m.d.sync += requested.eq(1)
         return m

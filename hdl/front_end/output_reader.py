@@ -74,7 +74,8 @@ class OutputReader(wiring.Component):
                 with m.If(self.waiting & self.repaired):
                     m.next = "FACTS"
             with m.State("FACTS"):
-                m.d.comb += [self.o.valid.eq(self.facts.valid), self.facts.ready.eq(self.o.ready)]
+                m.d.comb += self.o.valid.eq(self.facts.valid)
+                m.d.comb += self.facts.ready.eq(self.o.ready)
                 with m.If(self.o.valid & self.o.ready):
                     m.next = "READ"
             with m.State("READ"):

@@ -86,7 +86,8 @@ class Repair(wiring.Component):
                 entry.eq(word),
             ]
         with m.If(issue & end):
-            m.d.sync += [opened.eq(valid), target.eq(entry.taxel)]
+            m.d.sync += opened.eq(valid)
+            m.d.sync += target.eq(entry.taxel)
         with m.If(~self.active):
             m.d.sync += number.eq(0)
         return m

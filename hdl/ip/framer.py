@@ -85,7 +85,8 @@ class Framer(wiring.Component):
                     m.d.sync += with_forces.eq(self.taxel_forces)
                     m.next = "FAULTS"
             with m.State("FAULTS"):
-                m.d.comb += [o.valid.eq(1), o.p.data.eq(FORMAT << FORMAT_PLACE)]
+                m.d.comb += o.valid.eq(1)
+                m.d.comb += o.p.data.eq(FORMAT << FORMAT_PLACE)
                 m.d.comb += [o.p.data[bit].eq(facts.flags[name]) for name, bit in FAULTS.items()]
                 with m.If(o.ready):
                     m.next = "WORDS"

@@ -31,9 +31,11 @@ class Crc(wiring.Component):
         m.submodules.crc = crc = CRC32_ISO_HDLC(data_width=8).create()
         rest = Signal(BITS, reset_less=True)
         left = Signal(BYTES)  # a one for each byte
-        m.d.sync += [rest.eq(rest[8:]), left.eq(left[1:])]
+        m.d.sync += rest.eq(rest[8:])
+        m.d.sync += left.eq(left[1:])
         with m.If(self.start):
-            m.d.sync += [rest.eq(self.word), left.eq(-1)]
+            m.d.sync += rest.eq(self.word)
+            m.d.sync += left.eq(-1)
         m.d.comb += [
             crc.data.eq(rest[:8]),
             crc.valid.eq(left[0]),

@@ -115,7 +115,8 @@ class Wrapper(wiring.Component):
         """The words of software to the core, or the state of a core that needs none."""
         loading = self._control.loading
         if self._load is None:
-            m.d.comb += [loading.loaded.eq(1), loading.match.eq(~loading.checksum.any())]
+            m.d.comb += loading.loaded.eq(1)
+            m.d.comb += loading.match.eq(~loading.checksum.any())
             return
         m.submodules.load = ResetInserter(self._control.restart)(self._load)
         connect(m, loading, self._load.software)

@@ -44,9 +44,12 @@ class Butterfly(wiring.Component):
             self.o.payload.eq(whole),
         ]
         with m.If(advance):
-            m.d.sync += [half_valid.eq(self.i.valid), whole_valid.eq(half_valid)]
+            m.d.sync += half_valid.eq(self.i.valid)
+            m.d.sync += whole_valid.eq(half_valid)
             for k in (0, 2):
-                m.d.sync += [half[k].eq(x[k] + x[k + 1]), half[k + 1].eq(x[k] - x[k + 1])]
+                m.d.sync += half[k].eq(x[k] + x[k + 1])
+                m.d.sync += half[k + 1].eq(x[k] - x[k + 1])
             for k in (0, 1):
-                m.d.sync += [whole[k].eq(half[k] + half[k + 2]), whole[k + 2].eq(half[k] - half[k + 2])]
+                m.d.sync += whole[k].eq(half[k] + half[k + 2])
+                m.d.sync += whole[k + 2].eq(half[k] - half[k + 2])
         return m

@@ -89,7 +89,9 @@ class Divider(wiring.Component):
         done = Signal()
         known = Signal()
         last = Signal(reset_less=True)  # the digit that is known is the last one
-        m.d.comb += [self.i.ready.eq(~busy), self.o.valid.eq(done), self.o.payload.eq(quotient)]
+        m.d.comb += self.i.ready.eq(~busy)
+        m.d.comb += self.o.valid.eq(done)
+        m.d.comb += self.o.payload.eq(quotient)
         difference = add_or_subtract(remainder, Cat(divisor, 0).as_signed(), ~remainder[-1])
         with m.If(~busy):
             operands = self.i.payload
@@ -116,7 +118,9 @@ class Divider(wiring.Component):
             with m.Elif(known):
                 m.d.sync += self._append(quotient, further, digit, negative)
         with m.Elif(self.o.ready):
-            m.d.sync += [busy.eq(0), done.eq(0), known.eq(0)]
+            m.d.sync += busy.eq(0)
+            m.d.sync += done.eq(0)
+            m.d.sync += known.eq(0)
         return m
 
     @staticmethod

@@ -104,7 +104,8 @@ class Buffer(Queue):
             self.o.payload.eq(payload),
         ]
         with m.If(~full):
-            m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
+            m.d.sync += full.eq(self.i.valid)
+            m.d.sync += payload.eq(self.i.payload)
         with m.Elif(self.o.ready):
             m.d.sync += full.eq(0)
         return m
@@ -122,7 +123,8 @@ class SkidBuffer(Queue):
         full = Signal()  # not ``ready``: its own register, since the enable of a pipeline has a high fan-out
         out = Signal.like(self.i.p, reset_less=True)
         skid = Signal.like(self.i.p, reset_less=True)  # the transfer that came while ``out`` did not move
-        m.d.comb += [self.i.ready.eq(ready), self.o.p.eq(out)]
+        m.d.comb += self.i.ready.eq(ready)
+        m.d.comb += self.o.p.eq(out)
         with m.If(ready):
             m.d.sync += skid.eq(self.i.p)
         with m.If(~self.o.valid | self.o.ready):
@@ -133,7 +135,8 @@ class SkidBuffer(Queue):
                 ready.eq(1),
             ]
         with m.Elif(ready):
-            m.d.sync += [full.eq(self.i.valid), ready.eq(~self.i.valid)]
+            m.d.sync += full.eq(self.i.valid)
+            m.d.sync += ready.eq(~self.i.valid)
         return m
 
 
@@ -254,15 +257,18 @@ def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last:
     busy = Signal()
     valid = Signal()
     cycle = Signal(counter_shape(last))
-    m.d.comb += [enter.ready.eq(~busy), leave.valid.eq(valid)]
+    m.d.comb += enter.ready.eq(~busy)
+    m.d.comb += leave.valid.eq(valid)
     with m.If(~busy):
         m.d.sync += busy.eq(enter.valid)
     with m.Elif(cycle == last):
-        m.d.sync += [cycle.eq(0), valid.eq(1)]
+        m.d.sync += cycle.eq(0)
+        m.d.sync += valid.eq(1)
     with m.Elif(cycle != 0):
         m.d.sync += cycle.eq(cycle + 1)
     with m.Elif(~valid):
         m.d.sync += cycle.eq(Cat(fact.valid for fact in facts).all())
     with m.Elif(leave.ready):
-        m.d.sync += [busy.eq(0), valid.eq(0)]
+        m.d.sync += busy.eq(0)
+        m.d.sync += valid.eq(0)
     return cycle, busy

@@ -98,9 +98,7 @@ class Cordic(wiring.Component):
         return word
 
 
-def summed_angle(
-    m: Module, design: Design, enter: Value, marks: Value, negative: Value, left: Value
-) -> Signal:
+def summed_angle(m: Module, design: Design, enter: Value, marks: Value, negative: Value, left: Value) -> Signal:
     """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late.
 
     ``rotation`` is the one whose turn is looked up: the next one of the direction.

@@ -72,7 +72,9 @@ class Multiplier(wiring.Component):
         product = Signal.like(self.product, reset_less=True)
         m.d.comb += self.product.eq(product)
         with m.If(self.enable):
-            m.d.sync += [a.eq(self.a), b.eq(self.b), product.eq(a * b)]
+            m.d.sync += a.eq(self.a)
+            m.d.sync += b.eq(self.b)
+            m.d.sync += product.eq(a * b)
         return m
 
 
@@ -120,12 +122,16 @@ class Rom(wiring.Component):
         m.submodules[f"memory{number}"] = memory = Memory(shape=shape, depth=len(image), init=image)
         port = memory.read_port()
         word = Signal(shape, name=f"word{number}", reset_less=True)
-        m.d.comb += [port.addr.eq(self.address), port.en.eq(self.enable), self.words[number].eq(word)]
+        m.d.comb += port.addr.eq(self.address)
+        m.d.comb += port.en.eq(self.enable)
+        m.d.comb += self.words[number].eq(word)
         with m.If(self.enable):
             m.d.sync += word.eq(port.data)
         if self._loaded:
             write = memory.write_port()
-            m.d.comb += [write.addr.eq(self.address), write.data.eq(self.data), write.en.eq(self.write[number])]
+            m.d.comb += write.addr.eq(self.address)
+            m.d.comb += write.data.eq(self.data)
+            m.d.comb += write.en.eq(self.write[number])
 
 
 class Store(wiring.Component):

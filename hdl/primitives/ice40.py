@@ -12,7 +12,8 @@ def store(m: Module, bits: int, address: Value, write: Value, data: Value) -> Va
     padded = Signal(count * _WIDTH)
     found = Signal(count * _WIDTH)
     place = Signal(range(_DEPTH))
-    m.d.comb += [padded.eq(data), place.eq(address)]
+    m.d.comb += padded.eq(data)
+    m.d.comb += place.eq(address)
     for number in range(count):
         part = slice(number * _WIDTH, (number + 1) * _WIDTH)
         m.submodules[f"block{number}"] = Instance(

@@ -67,9 +67,11 @@ class SerialCore(wiring.Component):
             lanes.word.eq(Cat(word, self.load.payload)),
         ]
         with m.If(loading & self.load.valid):
-            m.d.sync += [lane.eq(Mux(lane == count - 1, 0, lane + 1)), word.eq(Cat(word, self.load.payload)[bits:])]
+            m.d.sync += lane.eq(Mux(lane == count - 1, 0, lane + 1))
+            m.d.sync += word.eq(Cat(word, self.load.payload)[bits:])
             with m.If(lane == count - 1):
-                m.d.sync += [words_left.eq(words_left - 1), loading.eq(words_left != 0)]
+                m.d.sync += words_left.eq(words_left - 1)
+                m.d.sync += loading.eq(words_left != 0)
         return loading
 
     def _wire_streams(self, m: Module, loading: Signal) -> None:

@@ -121,7 +121,8 @@ class Datapath(wiring.Component):
             with m.If(step_ends):
                 m.d.sync += k.eq(Cat(~self.last[-1], k))
             with m.If(shifts):
-                m.d.sync += [t.eq(self.shifted), k.eq(0)]
+                m.d.sync += t.eq(self.shifted)
+                m.d.sync += k.eq(0)
             with m.If(acts & (self.executing.instruction.op == Op.DIV)):
                 m.d.sync += t.eq(t >> 1)
         return t, k
@@ -217,4 +218,5 @@ class Datapath(wiring.Component):
             m.d.sync += self.y.eq(alu.total)
         with m.If(self.delivers & (e.dest == Dest.SH)):
             m.d.sync += amount.eq(alu.total + self._sizes.reach)
-        m.d.comb += [alu.coarse.eq(shifted), alu.fine.eq(amount[:FINE])]
+        m.d.comb += alu.coarse.eq(shifted)
+        m.d.comb += alu.fine.eq(amount[:FINE])

@@ -40,9 +40,12 @@ class Sequencer(wiring.Component):
         m.submodules.program = memory = Memory(shape=bits, depth=len(self._program), init=self._program)
         read = memory.read_port()
         program_counter = Signal(range(len(self._program)))
-        m.d.comb += [read.addr.eq(program_counter), read.en.eq(self.advance), self.instruction.eq(read.data)]
+        m.d.comb += read.addr.eq(program_counter)
+        m.d.comb += read.en.eq(self.advance)
+        m.d.comb += self.instruction.eq(read.data)
         with m.If(self.advance):
-            m.d.sync += [self.valid.eq(1), program_counter.eq(program_counter + 1)]
+            m.d.sync += self.valid.eq(1)
+            m.d.sync += program_counter.eq(program_counter + 1)
             with m.If(self.valid):
                 self._jump(m, program_counter)
         self._move_pointers(m)
@@ -65,7 +68,8 @@ class Sequencer(wiring.Component):
                 m.d.sync += stack[0].eq(top)
         with m.Elif(i.end):
             with m.If(turns[0] != 0):
-                m.d.sync += [turns[0].eq(turns[0] - 1), program_counter.eq(starts[0])]
+                m.d.sync += turns[0].eq(turns[0] - 1)
+                m.d.sync += program_counter.eq(starts[0])
             with m.Else():
                 for stack in (starts, turns):
                     m.d.sync += [inner.eq(outer) for inner, outer in pairwise(stack)]
@@ -77,7 +81,8 @@ class Sequencer(wiring.Component):
         choices = Array([*pointers, Const(0, ADDRESS_BITS)])
         base = Signal(ADDRESS_BITS)
         moved = Signal(ADDRESS_BITS)
-        m.d.comb += [base.eq(choices[i.pointer]), self.address.eq(base + i.immediate)]
+        m.d.comb += base.eq(choices[i.pointer])
+        m.d.comb += self.address.eq(base + i.immediate)
         with m.Switch(i.post):
             with m.Case(Post.MOVE):
                 m.d.comb += moved.eq(self.address)

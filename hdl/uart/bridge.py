@@ -84,7 +84,8 @@ class Bridge(wiring.Component):
         ]
         frames.write(stores, Cat(number[:index_bits], page), word[-BYTE * CODE_BYTES :])
         with m.If(decoder.o.valid):
-            m.d.sync += [before.eq(word[BYTE:]), index.eq(Mux(complete, 0, index + 1))]
+            m.d.sync += before.eq(word[BYTE:])
+            m.d.sync += index.eq(Mux(complete, 0, index + 1))
         with m.If(stores & (number != self._taxels)):
             m.d.sync += number.eq(number + 1)
         with m.If(decoder.fault | self.fault | (stores & (number == self._taxels))):
@@ -94,9 +95,12 @@ class Bridge(wiring.Component):
         self._send(m, frames, page, waiting)
         with m.If(decoder.end):
             m.d.comb += self.dropped.eq(~good & ~empty)
-            m.d.sync += [index.eq(0), number.eq(0), bad.eq(0)]
+            m.d.sync += index.eq(0)
+            m.d.sync += number.eq(0)
+            m.d.sync += bad.eq(0)
             with m.If(good):
-                m.d.sync += [page.eq(~page), waiting.eq(1)]
+                m.d.sync += page.eq(~page)
+                m.d.sync += waiting.eq(1)
 
     def _send(self, m: Module, frames: Ram, page: Value, waiting: Signal) -> None:
         """Pass the frame of the other page to the core while it is ``waiting``, a code every second cycle."""
@@ -109,9 +113,11 @@ class Bridge(wiring.Component):
         with m.If(~valid):
             m.d.sync += valid.eq(waiting)
         with m.Elif(self.taxel.ready):
-            m.d.sync += [valid.eq(0), index.eq(index + 1)]
+            m.d.sync += valid.eq(0)
+            m.d.sync += index.eq(index + 1)
             with m.If(index == self._taxels - 1):
-                m.d.sync += [index.eq(0), waiting.eq(0)]
+                m.d.sync += index.eq(0)
+                m.d.sync += waiting.eq(0)
 
     def _answer(self, m: Module, encoder: Encoder) -> None:
         """Cut result words into bytes."""

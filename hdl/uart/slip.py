@@ -33,7 +33,8 @@ class Decoder(wiring.Component):
         m.d.comb += self.o.payload.eq(word)
         with m.FSM():
             with m.State("PLAIN"), m.If(self.i.valid):
-                m.d.comb += [self.end.eq(word == END), self.o.valid.eq((word != END) & (word != ESC))]
+                m.d.comb += self.end.eq(word == END)
+                m.d.comb += self.o.valid.eq((word != END) & (word != ESC))
                 with m.If(word == ESC):
                     m.next = "ESCAPED"
             with m.State("ESCAPED"), m.If(self.i.valid):
@@ -72,19 +73,22 @@ class Encoder(wiring.Component):
                 with m.If(taken):
                     m.next = "BYTE"
             with m.State("BYTE"):
-                m.d.comb += [self.o.payload.eq(Mux(special, ESC, word)), self.i.ready.eq(self.o.ready & ~special)]
+                m.d.comb += self.o.payload.eq(Mux(special, ESC, word))
+                m.d.comb += self.i.ready.eq(self.o.ready & ~special)
                 with m.If(taken & special):
                     m.next = "ESCAPED"
                 with m.Elif(taken & last):
                     m.next = "END"
             with m.State("ESCAPED"):
-                m.d.comb += [self.o.payload.eq(Mux(word == END, ESC_END, ESC_ESC)), self.i.ready.eq(self.o.ready)]
+                m.d.comb += self.o.payload.eq(Mux(word == END, ESC_END, ESC_ESC))
+                m.d.comb += self.i.ready.eq(self.o.ready)
                 with m.If(taken):
                     m.next = "BYTE"
                     with m.If(last):
                         m.next = "END"
             with m.State("END"):
-                m.d.comb += [self.o.payload.eq(END), self.o.valid.eq(1)]
+                m.d.comb += self.o.payload.eq(END)
+                m.d.comb += self.o.valid.eq(1)
                 with m.If(taken):
                     m.next = "BEGIN"
         return m

@@ -32,11 +32,15 @@ class Rx(wiring.Component):
         # A 1 above the bits to come; it is in the lowest place when the stop bit is next.
         bits = Signal(BYTE + 1, reset_less=True)
         whole = Signal()
-        m.d.comb += [whole.eq(bits[0]), self.o.payload.eq(bits[1:])]
-        m.d.sync += [left.eq(left - 1), self.o.valid.eq(0), self.fault.eq(0)]
+        m.d.comb += whole.eq(bits[0])
+        m.d.comb += self.o.payload.eq(bits[1:])
+        m.d.sync += left.eq(left - 1)
+        m.d.sync += self.o.valid.eq(0)
+        m.d.sync += self.fault.eq(0)
         with m.FSM():
             with m.State("IDLE"):
-                m.d.sync += [left.eq(self._divisor // 2 - 1), bits.eq(1 << BYTE)]
+                m.d.sync += left.eq(self._divisor // 2 - 1)
+                m.d.sync += bits.eq(1 << BYTE)
                 with m.If(~line):
                     m.next = "START"
             with m.State("START"), m.If(left == 0):
@@ -86,7 +90,9 @@ class Tx(wiring.Component):
         low = Signal()
         count = Signal(range(BYTE + 2))
         busy = Signal()
-        m.d.comb += [self.i.ready.eq(~busy), self.line.eq(~low), low.eq(bits[0])]
+        m.d.comb += self.i.ready.eq(~busy)
+        m.d.comb += self.line.eq(~low)
+        m.d.comb += low.eq(bits[0])
         m.d.sync += left.eq(left - 1)
         with m.If(~busy):
             m.d.sync += [

@@ -7,16 +7,7 @@ from tfra.report.table import listed, number
 from tfra.study.errors.cascade import Step, View
 from tfra.study.errors.statistics import BEYOND, PERMILLES
 from tfra.study.frames.block import Part
-from tfra.study.report.labels import (
-    CLOSE,
-    CLOSE_PERCENT,
-    PARTS,
-    QUANTITIES,
-    STATISTICS,
-    STEPS,
-    Tables,
-    cost_amount,
-)
+from tfra.study.report.labels import CLOSE, CLOSE_PERCENT, PARTS, QUANTITIES, STATISTICS, STEPS, Tables, cost_amount
 from tfra.study.search.evaluate import CHANGE, COSTS
 from tfra.study.search.trials import COMPLETE
 

@@ -9,8 +9,7 @@ from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.estimate import estimate
-from tfra.synth.part import part_of
+from tfra.synth.estimate import estimate, part_of
 
 SMALL = TfraDesign(
     SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4, 1), target="ecp5"

@@ -170,9 +170,7 @@ class Drain(wiring.Component):
         leaving = self._shift(m, capturing)
         before = self._before(m, leaving, draining, next_step)
         bits = len(leaving[0])
-        words = [
-            (word - before.word_select(number, bits))[:bits].as_signed() for number, word in enumerate(leaving)
-        ]
+        words = [(word - before.word_select(number, bits))[:bits].as_signed() for number, word in enumerate(leaving)]
         return draining & primed, words
 
     def _shift(self, m: Module, capturing: Value) -> list[Value]:

@@ -186,9 +186,7 @@ class Dependent(wiring.Component):
         direction = self.direction.payload
         turn = self.design.formats.bits("direction")
         length = self.design.formats.bits("sums") + turn
-        num1, num0, den = exact = [
-            Signal(signed(length), name=n, reset_less=True) for n in ("num1", "num0", "den")
-        ]
+        num1, num0, den = exact = [Signal(signed(length), name=n, reset_less=True) for n in ("num1", "num0", "den")]
         factor = Signal(signed(turn), reset_less=True)
         product = Signal(signed(length), reset_less=True)
         second = self._second(cycle)

@@ -105,9 +105,7 @@ class Resultant(wiring.Component):
         length = formats.bits("sums") + formats.bits("scalar")
         word, start = self._operands(m, cycle)
         product = Signal(signed(length), reset_less=True)
-        f_z, f_y, f_x = forces = [
-            Signal(signed(length + 1), name=n, reset_less=True) for n in ("f_z", "f_y", "f_x")
-        ]
+        f_z, f_y, f_x = forces = [Signal(signed(length + 1), name=n, reset_less=True) for n in ("f_z", "f_y", "f_x")]
         m.d.sync += product.eq(word * factor)
         second = cycle[0] ^ (_ADD.start & 1)
         add = lookahead(m, cycle, _ADD)

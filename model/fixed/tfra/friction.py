@@ -23,9 +23,7 @@ class Friction:
     out_of_range: Bools
 
 
-def friction(
-    design: Design, index: Ints, direction: Direction, affine: Dependent, regular: Bools
-) -> Friction:
+def friction(design: Design, index: Ints, direction: Direction, affine: Dependent, regular: Bools) -> Friction:
     """Friction of candidate ``index (n,)``; mu_dep saturates, which needs a mu_dep of 4."""
     grid, steps = mu_grid(design), design.search.steps
     mu_ind = np.where(direction.negative, -grid[np.abs(steps - index)], grid[index])

@@ -170,10 +170,7 @@ class Reference:
 
     def _gain(self, v: Values, t: Decisions) -> Values:
         f = v["f_star"]
-        return {
-            "gain": v["magnitude"] / np.linalg.norm(f, axis=1),
-            "mu": np.hypot(f[:, 0], f[:, 1]) / np.abs(f[:, 2]),
-        }
+        return {"gain": v["magnitude"] / np.linalg.norm(f, axis=1), "mu": np.hypot(f[:, 0], f[:, 1]) / np.abs(f[:, 2])}
 
     def _angle(self, v: Values, t: Decisions) -> Values:
         cos, sin = v["direction"].T

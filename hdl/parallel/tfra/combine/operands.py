@@ -19,9 +19,7 @@ _RING = 16
 """Places of the ring buffer of products, a power of two."""
 
 
-def multiplicand(
-    m: Module, n: Store, residual: Store, e1: Store, tag: dict[Stage, Any]
-) -> tuple[Value, Value]:
+def multiplicand(m: Module, n: Store, residual: Store, e1: Store, tag: dict[Stage, Any]) -> tuple[Value, Value]:
     """x of the beat in stage ``X_CHOSEN``, and its headroom: d_dep for e0 and e1, e1 for d, n for a force.
 
     ``residual``: d1 (vector 0) and d2 (vector 1).
