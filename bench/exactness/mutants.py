@@ -113,12 +113,17 @@ def nearest(file: str, root: Path) -> Iterator[str]:
     yield from sorted(str(test) for test in others if test != named)
 
 
+def sources() -> list[tuple[str, str]]:
+    """Files that are changed, with their texts."""
+    files = sorted(path for folder in MUTATED for path in (ROOT / folder).rglob("*.py"))
+    return [(str(path.relative_to(ROOT)), path.read_text()) for path in files]
+
+
 def main() -> int:
     """Judge all mutants; 1 if the tests notice too few of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--keep", action="store_true", help="keep what was judged before")
-    sources = sorted(path for folder in MUTATED for path in (ROOT / folder).rglob("*.py"))
-    chosen = choose([(str(path.relative_to(ROOT)), path.read_text()) for path in sources], COUNT, SEED)
+    chosen = choose(sources(), COUNT, SEED)
     known = stored("mutants") if parser.parse_args().keep else []
     record = [{"file": file, **vars(mutation)} for file, mutation in chosen]
     for one in record:
