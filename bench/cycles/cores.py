@@ -3,6 +3,8 @@
 ``python -m bench.cycles.cores`` writes ``bench/results/cores.json`` and the table in docs/measured.md.
 """
 
+from typing import Any
+
 from bench.publish import publish
 from tfra.hdl.parallel.matvec.images import depth
 from tfra.hdl.parallel.tfra.core import TfraParallel
@@ -22,19 +24,25 @@ def design(mac_lanes: int, vector_words: int = 4) -> Design:
 
 def main() -> None:
     """Compute and publish."""
+    record, lines = rows()
+    products = design(4).multiplications
+    publish("cores", {"sensor": "10x10", "multiplications": products, "rows": record}, "\n".join(lines))
+
+
+def rows() -> tuple[list[dict[str, Any]], list[str]]:
+    """The cores as a record, and as a table in Markdown."""
     lines = [
         "| MAC lanes | words a cycle | first word after | last word after | interval | coefficients a lane |",
         "|---:|---:|---:|---:|---:|---:|",
     ]
-    rows = []
+    record = []
     for mac, width in CORES:
         core = design(mac, width)
         timing, words = TfraParallel(core), depth(core)
         cycles = timing.latency, timing.frame_latency, timing.initiation_interval
         lines.append(f"| {mac} | {width} | " + " | ".join(f"{c:,}" for c in cycles) + f" | {words:,} |")
-        rows.append({"mac_lanes": mac, "vector_words": width, "cycles": list(cycles), "depth": words})
-    record = {"sensor": "10x10", "multiplications": design(4).multiplications, "rows": rows}
-    publish("cores", record, "\n".join(lines))
+        record.append({"mac_lanes": mac, "vector_words": width, "cycles": list(cycles), "depth": words})
+    return record, lines
 
 
 if __name__ == "__main__":
