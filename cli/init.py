@@ -42,8 +42,8 @@ FULL_SCALES_PA = 1e3, 1e7
 def _option(field: str) -> Any:
     """The option of a key of [sensor]."""
     key = KEYS[field]
-    unit = ", in mm" if key.is_length else ""
-    return typer.Option(metavar="MM" if key.is_length else "N", help=f"{key.meaning.capitalize()}{unit}.")
+    unit = "mm" if key.is_length else key.unit
+    return typer.Option(metavar=unit.upper() or "N", help=f"{key.meaning.capitalize()}{unit and f', in {unit}'}.")
 
 
 Rows = Annotated[int, _option("rows")]

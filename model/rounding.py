@@ -1,7 +1,7 @@
 """Rounding and overflow: named values, which the model, the gateware and the sidecar share.
 
 Another rounding is one member here, its line in :func:`tfra.model.fixed.numbers.round_shift`, its line in
-:func:`tfra.hdl.lib.arithmetic.round_off`, and its row in the tests of both.
+:func:`tfra.hdl.lib.arithmetic.round_off`, and its row in ``tests/model/fixed/test_numbers.py``.
 """
 
 from enum import StrEnum

@@ -34,11 +34,11 @@ class SensorArray:
     tell the direction of a tangential force) and for lengths that are not positive and finite.
     """
 
-    rows: int = field(metadata={"meaning": "taxels along y"})
-    columns: int = field(metadata={"meaning": "taxels along x"})
-    pitch_x: float = field(metadata={"meaning": "distance of taxels along x"})
-    pitch_y: float = field(metadata={"meaning": "distance of taxels along y"})
-    thickness: float = field(metadata={"meaning": "thickness of the elastic cover"})
+    rows: int = field(metadata={"meaning": "taxels along y", "unit": ""})
+    columns: int = field(metadata={"meaning": "taxels along x", "unit": ""})
+    pitch_x: float = field(metadata={"meaning": "distance of taxels along x", "unit": "m"})
+    pitch_y: float = field(metadata={"meaning": "distance of taxels along y", "unit": "m"})
+    thickness: float = field(metadata={"meaning": "thickness of the elastic cover", "unit": "m"})
 
     def __post_init__(self) -> None:
         for name in ("rows", "columns"):
@@ -74,23 +74,28 @@ class SensorArray:
 
 @dataclass(frozen=True, slots=True)
 class SensorKey:
-    """A field of :class:`SensorArray` as a key of files: a count, or a length in mm (CONFIG) or in m (sidecar)."""
+    """A field of :class:`SensorArray` as a key of files: a count, or a number in SI units; lengths are mm in CONFIG."""
 
     field: str
     meaning: str
-    is_length: bool
+    unit: str
+
+    @property
+    def is_length(self) -> bool:
+        """Whether it is a length."""
+        return self.unit == "m"
 
     @property
     def config(self) -> str:
         """The key in CONFIG's ``[sensor]``."""
-        return f"{self.field}_mm" if self.is_length else self.field
+        return f"{self.field}_mm" if self.is_length else self.si
 
     @property
     def si(self) -> str:
         """The key in the sidecar."""
-        return f"{self.field}_m" if self.is_length else self.field
+        return f"{self.field}_{self.unit.lower()}" if self.unit else self.field
 
 
 def sensor_keys() -> tuple[SensorKey, ...]:
     """All keys in the order of the fields: a new field of :class:`SensorArray` is in all files at once."""
-    return tuple(SensorKey(f.name, f.metadata["meaning"], f.type is float) for f in fields(SensorArray))
+    return tuple(SensorKey(f.name, **f.metadata) for f in fields(SensorArray))

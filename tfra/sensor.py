@@ -119,7 +119,7 @@ class Sensor:
     ) -> Recording:
         """Read a recording: ``frames (n, rows, columns)`` in Pa, compression negative, and ``time (n,)`` or None.
 
-        Reads text, .npy, .npz, .parquet, .mcap and rosbag2; docs/recordings.md has all formats and options.
+        docs/recordings.md has all formats and options.
         Arguments override CONFIG's [input]:
 
             >>> sensor = tfra.load("examples/skin_8x12.toml")

@@ -129,7 +129,7 @@ def _require_fem(section: LayerSection) -> None:
 def _sensor(file: Path, section: SensorSection) -> SensorArray:
     values: dict[SensorKey, Any] = {key: getattr(section, key.config) for key in sensor_keys()}
     with _blame(file, "sensor"):
-        if (taxels := math.prod(value for key, value in values.items() if not key.is_length)) > MOST_TAXELS:
+        if (taxels := math.prod(value for key, value in values.items() if not key.unit)) > MOST_TAXELS:
             raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported, got {taxels}")
         given: dict[str, Any] = {key.field: _metres(exact(x)) if key.is_length else x for key, x in values.items()}
         return SensorArray(**given)

@@ -40,7 +40,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
-_SENSOR: dict[str, Any] = {key.config: Length if key.is_length else int for key in sensor_keys()}
+_SENSOR: dict[str, Any] = {key.config: Length if key.is_length else float if key.unit else int for key in sensor_keys()}
 
 
 class SensorSection(create_model("_", __base__=Section, **_SENSOR)):  # type: ignore[misc]

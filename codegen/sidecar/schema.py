@@ -30,7 +30,7 @@ Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 _SENSOR: dict[str, Any] = {
     key.si: (
-        float if key.is_length else int,
+        float if key.unit else int,
         Field(gt=0, validation_alias=key.field, description=key.meaning),
     )
     for key in sensor_keys()

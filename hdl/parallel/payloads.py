@@ -73,7 +73,7 @@ def sweep_index(design: Design) -> Shape:
 
 
 def total(design: Design) -> data.StructLayout:
-    """:class:`tfra.model.fixed.tfra.resultant.Resultant`."""
+    """:class:`tfra.model.fixed.gain.Resultant`."""
     w = design.widths
     return data.StructLayout({"words": data.ArrayLayout(signed(w.division), 3), "exponent": signed(9)})
 

@@ -1,6 +1,6 @@
 """The result stream: forces and resultants scaled to result words, bit-exact to :mod:`tfra.model.fixed.scaling`.
 
-The layout of a frame is that of :mod:`tfra.model.fixed.words`.
+The layout of a frame is that of :mod:`tfra.model.fixed.layout`.
 """
 
 from dataclasses import dataclass
@@ -130,7 +130,7 @@ class Scaling(wiring.Component):
         })
 
     def _entries(self, m: Module, counter: Value) -> list[_Entry]:
-        """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`.
+        """The steps of a frame in the order of :func:`tfra.model.fixed.layout.make_layout`.
 
         Facts are valid long before their words; values derived from them are in registers by then.
         """
