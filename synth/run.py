@@ -102,7 +102,7 @@ class Run:
         def step() -> dict[str, Any]:
             return asdict(synthesise(text, self.design.name, self.target, fresh))
 
-        self.synthesis = Synthesis(**self._cached("yosys", seconds, key, fresh, step))
+        self.synthesis = Synthesis(**self._cached("yosys", "yosys", seconds, key, fresh, step))
         return key
 
     def _route(self, fresh: Path, key: str, seed: int, seconds: int) -> Route:
@@ -110,15 +110,15 @@ class Run:
             return asdict(route(self.target, fresh, seed, self.clock_mhz))
 
         key = digest(key, str(seed), repr(self.clock_mhz))
-        found = self._cached(f"place and route, seed {seed}", seconds, key, fresh, step)
+        found = self._cached("route", f"place and route, seed {seed}", seconds, key, fresh, step)
         return Route(**{**found, "path": CriticalPath(**found["path"])})
 
     def _cached(
-        self, title: str, seconds: int, key: str, fresh: Path, step: Callable[[], dict[str, Any]]
+        self, name: str, title: str, seconds: int, key: str, fresh: Path, step: Callable[[], dict[str, Any]]
     ) -> dict[str, Any]:
         """The result of ``step``, new or from the cache; then it counts for nothing in the progress."""
         self.advance(0, self.expected, title)
-        result, cached = cached_step(f"{title.partition(' ')[0]}-{self.design.name}", key, fresh, step)
+        result, cached = cached_step(f"{name}-{self.design.name}", key, fresh, step)
         self.expected -= seconds * cached
         self.advance(seconds * (not cached), self.expected, title)
         return result

@@ -105,6 +105,8 @@ def test_synth(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: py
     assert found == json.loads(Path("fpga/report.json").read_text())
     assert found["clock"]["seeds"] == [{"seed": 1, "aim_mhz": 90.0, "mhz": 89.0}]
     assert found["resources"]["LUT"]["used"] == 4
+    entries = [path.name for path in Path("cache").iterdir() if re.search("[0-9a-f]{16}$", path.name)]
+    assert {name.partition("-")[0] for name in entries} == {"yosys", "route"}  # which the cache's limit holds for
 
 
 @pytest.mark.parametrize("stop", [ToolError("out of luck"), Stopped(signal.SIGTERM)])
