@@ -109,8 +109,8 @@ DESIGNS: dict[str, Design] = {
     )
 }
 SPARED = {"sweep": 9, "lanes": {"serial": 2 * 18, "plain serial": 24 + 2 * 48}, "product": {"plain serial": 38 + 25}}
-"""Bits of registers that vanish: a queue's flag and counter, and two delays of what others delay; in lanes, operands that
-all of them have; products' low digits where multipliers need none."""
+"""Bits of registers that vanish: a queue's flag and counter, and two delays of what others delay; in lanes, operands
+that all of them have; products' low digits where multipliers need none."""
 
 
 @pytest.mark.parametrize("name", ["serial", *long("parallel", "loaded", "wide", "plain serial")])
