@@ -15,6 +15,6 @@ def lane_of(path: str) -> int | None:
 
     The register of the address has the name of one memory, but drives all of them.
     """
-    places = r"lane|(?:rom|tail)\.memory(?!.*\.address)|drain\.(?:register\.)?sums__|drain\.register\.captured"
+    places = r"lane|(?:rom|tail)\.memory(?!.*\.address)|drain\.sums__|drain\.captured"
     found = re.search(rf"\.matvec\.(?:{places})(\d+)", path)
     return int(found[1]) if found else None
