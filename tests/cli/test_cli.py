@@ -283,7 +283,7 @@ def test_out_of_memory(
     ],
 )
 def test_missing_packages(
-    command: str, extra: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    command: str, extra: str, folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
     assert refusal(capfd, *command.split()).endswith(f"missing, please run: pip install 'tfra[{extra}]'")
