@@ -7,7 +7,6 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.codes import product_slot
 from tfra.hdl.front_end.history import FAULTS, summed
 from tfra.hdl.front_end.ports import TABLES
@@ -112,11 +111,9 @@ class Calibrate(wiring.Component):
             self.repair.eq(writes[REPAIRS]),
             self.repair_place.eq(software_place),
         ]
-        offset = Signal(signed(BITS))
-        m.d.comb += offset.eq(read.data[OFFSETS].as_signed())
         with m.Switch(software.kind):
             with m.Case(OFFSETS):
-                m.d.comb += software.value.eq(offset)
+                m.d.comb += software.value.eq(read.data[OFFSETS].as_signed())
             with m.Case(GAINS):
                 m.d.comb += software.value.eq(read.data[GAINS])
         return entry

@@ -50,7 +50,7 @@ class Intake(wiring.Component):
             "entered": Out(1),  # a taxel of a frame is taken
             "index": Out(counter_shape(taxels - 1)),  # its number, a register
             "word": Out(WORD),
-            "idle": Out(1),  # no frame is being taken or dropped
+            "taking": Out(1),  # a frame is being taken, not dropped
             "ended": Out(1),  # the frame that was taken ends ...
             "good": Out(1),  # ... and is complete
             "origin": Out(ORIGIN),  # of the last complete frame, a cycle later
@@ -62,15 +62,13 @@ class Intake(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        transfer = Signal()
-        last = Signal()
+        transfer = self.i.valid & self.i.ready
+        last = transfer & self.i.payload.last
         index, final = wrapping_counter(m, self.entered, self._taxels, "index")
         with m.If(self.ended):
             m.d.sync += index.eq(0)
             m.d.sync += final.eq(0)
         m.d.comb += [
-            transfer.eq(self.i.valid & self.i.ready),
-            last.eq(transfer & self.i.payload.last),
             self.word.eq(self.i.payload.word),
             self.index.eq(index),
             self.good.eq(self.ended & final),
@@ -96,7 +94,7 @@ class Intake(wiring.Component):
                     m.next = "SKIP"
             with m.State("IDLE"):
                 m.d.comb += [
-                    self.idle.eq(~transfer),
+                    self.taking.eq(self.entered),
                     self.i.ready.eq(self.run & (self.drop_late | (self.can_begin & ~self.stall))),
                     self.entered.eq(transfer & self.can_begin),
                     self.ended.eq(last & self.can_begin),
@@ -108,6 +106,7 @@ class Intake(wiring.Component):
                         m.next = "TAKE"
             with m.State("TAKE"):
                 m.d.comb += [
+                    self.taking.eq(1),
                     self.i.ready.eq(self.drop_late | ~self.stall),
                     self.entered.eq(transfer),
                     self.ended.eq(last),

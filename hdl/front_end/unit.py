@@ -77,7 +77,7 @@ class FrontEnd(wiring.Component):
             "faulty": Out(FAULTY),
             "faulty_store": Out(1),  # pulse
             "taring": Out(1),  # frames are averaged for the offsets
-            "busy": Out(1),  # a frame is in the unit
+            "busy": Out(1),  # a frame is in the unit, which settings and tables may change
         })
 
     @property
@@ -122,11 +122,11 @@ class FrontEnd(wiring.Component):
             intake.can_begin.eq(~busy[-1] & ~means.settling),
             intake.stall.eq(reader.repair & ~self._repair.repaired),
             means.tare.eq(self.tare),
-            means.between.eq(intake.idle | intake.ended),
+            means.between.eq(~intake.taking | intake.ended),
             means.good.eq(intake.good),
             means.written.eq(turn),
             self.taring.eq(means.taring),
-            self.busy.eq(~intake.idle | busy[0] | means.settling),
+            self.busy.eq(intake.taking | busy[0] | means.settling),
         ]
 
     def _calibrate_taxels(self, m: Module, turn: Value) -> None:

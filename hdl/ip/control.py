@@ -52,6 +52,7 @@ class Control(wiring.Component):
             "saturated": In(1),  # pulse: a result that ends reports saturation
             "ended": In(1),  # pulse: the last word of an output frame is taken ...
             "started": In(BITS),  # ... whose first taxel came at this time
+            "calibrating": In(1),  # a frame is in the front end
             "busy": In(1),  # a frame is in the blocks or the core
         })
 
@@ -67,7 +68,7 @@ class Control(wiring.Component):
             self.tare.eq(control.tare),
             self.simulate.eq(control.simulate_error),
             self.taxel_forces.eq(control.taxel_forces),
-            status.running.eq(control.run & self.loading.loaded),
+            status.running.eq((control.run & self.loading.loaded) | self.calibrating),
             status.loaded.eq(self.loading.loaded),
             status.busy.eq(self.busy),
             status.taring.eq(self.taring),
@@ -131,7 +132,7 @@ class Control(wiring.Component):
         timeout = self.hardware.FRAME_TIMEOUT.cycles
         passed = Signal(BITS)
         stale = Signal()
-        counts = self.hardware.STATUS.running & ~(self.events.accepted | self.events.dropped) & ~stale
+        counts = self.settings.run & self.loading.loaded & ~(self.events.accepted | self.events.dropped) & ~stale
         m.d.sync += [
             passed.eq(Mux(counts, passed + 1, 0)),
             stale.eq(counts & timeout.any() & (passed >= timeout)),

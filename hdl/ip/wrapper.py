@@ -108,6 +108,7 @@ class Wrapper(wiring.Component):
             control.saturated.eq(self._framer.saturated),
             control.ended.eq(self._output.ended),
             control.started.eq(self._output.started),
+            control.calibrating.eq(front_end.busy),
             control.busy.eq(front_end.busy | self._framer.busy | self._output.busy),
         ]
 

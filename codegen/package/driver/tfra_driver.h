@@ -82,7 +82,8 @@ tfra_error_t tfra_open(tfra_device_t *device, const tfra_bus_t *bus, const tfra_
 
 /** Starts to take frames; TFRA_ERROR_NOT_LOADED before the coefficients are loaded. */
 tfra_error_t tfra_start(tfra_device_t *device);
-/** Stops, and waits for the end of the frame that comes in. */
+/** Stops, and waits until the last frame is wholly in and no setting or table changes it; take results meanwhile.
+ *  TFRA_ERROR_TIMEOUT if its rest does not come: tfra_soft_reset() drops it. */
 tfra_error_t tfra_stop(tfra_device_t *device);
 /** Waits until no frame is in the core and all results were taken. */
 tfra_error_t tfra_wait_idle(tfra_device_t *device);

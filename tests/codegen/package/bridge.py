@@ -17,7 +17,7 @@ from typing import Any
 import cocotb
 from cocotb.clock import Clock
 from cocotb.task import bridge, resume
-from cocotb.triggers import ClockCycles, with_timeout
+from cocotb.triggers import ClockCycles, RisingEdge, with_timeout
 from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiStreamBus, AxiStreamFrame, AxiStreamSink, AxiStreamSource
 
 from tests.codegen.package.c_driver import CCore, compiled
@@ -71,14 +71,23 @@ class World:
 
     def send(self, words: Sequence[int], user: int) -> None:
         """A frame, until its last beat was taken."""
-        data = b"".join((word & 0xFFFF).to_bytes(2, "little") for word in words)
-        data += bytes(-len(data) % (2 * self.taxels_per_beat))
 
         async def sent() -> None:
-            await self._source.send(AxiStreamFrame(data, tuser=user))
+            await self._source.send(self._frame(words, user))
             await self._source.wait()
 
         self._done(sent)
+
+    def send_slowly(self, words: Sequence[int], user: int, cycles: int) -> None:
+        """A beat of the frame in so many ``cycles``, until its first one was taken; the others come by themselves."""
+        self._source.set_pause_generator(number % cycles > 0 for number in range(cycles * (len(words) + 1) + 1))
+
+        async def begun() -> None:
+            await self._source.send(self._frame(words, user))
+            while not int(self._dut.s_axis_tvalid.value):
+                await RisingEdge(self._dut.aclk)
+
+        self._done(begun)
 
     def receive(self) -> tuple[bytes, int]:
         """The next output frame, and its TUSER."""
@@ -93,6 +102,10 @@ class World:
             return bool(int(self._dut.irq.value))
 
         return bool(self._done(level))
+
+    def _frame(self, words: Sequence[int], user: int) -> AxiStreamFrame:
+        data = b"".join((word & 0xFFFF).to_bytes(2, "little") for word in words)
+        return AxiStreamFrame(data + bytes(-len(data) % (2 * self.taxels_per_beat)), tuser=user)
 
     def _done(self, what: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
         async def timed() -> Any:

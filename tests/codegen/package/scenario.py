@@ -16,7 +16,7 @@ def play(world: Any) -> None:
     with pytest.raises(world.host.DeviceError, match="another configuration"):
         world.core(other)
     core = world.core(world.facts)
-    for part in (load, settings, tables, tare, frames, faults, stopped):
+    for part in (load, settings, tables, tare, frames, faults, half_in, stopped):
         part(world, core)
 
 
@@ -193,6 +193,19 @@ def faults(world: Any, core: Any) -> None:
     assert not world.interrupt()
     core.clear_counters()
     assert core.get_counters() == world.host.Counters(0, 0, 0, 0, 0, consistent=True)
+
+
+def half_in(world: Any, core: Any) -> None:
+    """A stop waits for a source that is slower than the bus: gains that are written then leave its frame as it was."""
+    taxels = len(world.frames[0])
+    core.set_options(["taxel_forces"])
+    world.send_slowly(world.frames[0], 7, cycles=200)
+    core.stop()
+    core.set_gains(0, [GAIN] * taxels)
+    frame = world.host.parse_frame(world.facts, *world.receive())
+    assert {**frame.words, "frame": 0} == {**by_field(world.facts, world.results[0]), "frame": 0}, "a frame half in"
+    core.set_gains(0, [world.host.UNITY_GAIN] * taxels)
+    core.start()
 
 
 def stopped(world: Any, core: Any) -> None:

@@ -128,12 +128,20 @@ def test_run_stops_between_frames() -> None:
         await bench.write(ctx, "CONTROL", run=1)
         await bench.send(ctx, packed(FRAME, 1)[:2], last=False)
         await bench.write(ctx, "CONTROL", run=0)
+        await bench.settle(ctx, 50)
+        assert (await bench.read(ctx, "STATUS"))["running"] == 1, "half of a frame is in"
         await bench.send(ctx, packed(FRAME, 1)[2:])
         ctx.set(bench.wrapper.frames.valid, 1)
         for _ in range(100):
             assert not ctx.get(bench.wrapper.frames.ready)
             await ctx.tick()
         assert (await bench.read(ctx, "STATUS"))["running"] == 0
+        ctx.set(bench.wrapper.frames.valid, 0)
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed(FRAME, 1)[:2], last=False)
+        await bench.write(ctx, "CONTROL", run=0, soft_reset=1)
+        await bench.settle(ctx, 8)
+        assert (await bench.read(ctx, "STATUS"))["running"] == 0, "the rest of the frame will be skipped"
 
     bench.run(host)
     assert bench.back == [(0, bench.answer(7, 0))]

@@ -55,7 +55,7 @@ class Core:
         self._control(run=1)
 
     def stop(self) -> None:
-        """Stop, and wait for the end of the frame that comes in."""
+        """Stop, and wait until the last frame is wholly in; take results meanwhile, or :meth:`soft_reset`."""
         self._control()
         self._wait("STATUS", "running", 0)
 
