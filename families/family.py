@@ -122,7 +122,7 @@ class Family:
     """None where the gates of a core can't be simulated."""
     board: Board | None = None
     project: tuple[str, Mapping[str, Any]] = ("", {})
-    """FuseSoC's tool for the family, and its options but for the part's."""
+    """FuseSoC's flow for the family, and its options but for the part's."""
 
 
 @dataclass(frozen=True)

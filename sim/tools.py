@@ -92,7 +92,12 @@ def _verilator_root() -> Path | None:
 
 
 def _write_wrapper(wrapper: Path, program: str, unwanted: str, variables: Mapping[str, str]) -> None:
-    """Write a command that calls ``program`` with ``variables`` and without the argument ``unwanted``."""
+    """Write a command that calls ``program`` with ``variables`` and without the argument ``unwanted``.
+
+    One that is on ``PATH`` already is ``program`` itself, and stays as it is.
+    """
+    if Path(program) == wrapper:
+        return
     lines = ["#!/bin/sh", f'for a in "$@"; do shift; [ "$a" = {unwanted} ] || set -- "$@" "$a"; done']
     lines += [f"export {name}={shlex.quote(value)}" for name, value in variables.items()]
     wrapper.write_text("\n".join([*lines, f'exec {shlex.quote(program)} "$@"', ""]))

@@ -79,13 +79,6 @@ class Contents:
         found = {*self.core.cell_models, *cell_models(self.design.target, "multiplier", "rom")}
         return {f"testbench/{file.name}": file.read_text() for file in sorted(found)}
 
-    @property
-    def rules(self) -> dict[str, str]:
-        """What Verilator's lint shall not say of these models."""
-        found = [file.with_name("cells.vlt") for file in cell_models(self.design.target, "multiplier")]
-        return {f"testbench/{file.name}": file.read_text() for file in found}
-
-
     def fill(self, file: str, **values: object) -> str:
         """The ``file`` of ``templates`` with ``values`` and those of all templates for its placeholders."""
         target, version = self.part.target, self.facts["generator"].rpartition(" ")[2]

@@ -84,18 +84,16 @@ def litex(contents: Contents) -> dict[str, str]:
 def fusesoc(contents: Contents) -> dict[str, str]:
     """The package in CAPI2, with targets ``default``, ``sim`` (Icarus), ``lint`` (Verilator) and ``synth``."""
     family = FAMILIES.get(contents.design.target)
-    tool, options = (family or xilinx.FAMILY).project
+    flow, options = (family or xilinx.FAMILY).project
     if family:
         options = {**options, "nextpnr_options": [*contents.part.target.device]}
-    rules = [f"{name}: {{file_type: vlt}}" for name in contents.rules]
-    copied = [f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images]
+    rtl = [*contents.rtl, *(f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images)]
     text = contents.fill(
         "fusesoc.core",
         description=json.dumps(f"Computes {contents.facts['computes']}"),
-        rtl=_listed([*contents.rtl, *copied]),
-        simulated=_listed([*contents.cells, f"testbench/{contents.name}_tb.v"]),
-        linted=_listed([*rules, *contents.rtl, *contents.cells]),
-        tool=tool,
+        rtl=_listed(rtl),
+        modelled=_listed([*rtl, *contents.cells]),
+        flow=flow,
         options=json.dumps(options),
     )
     return {f"{contents.name}.core": text}
@@ -119,7 +117,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {"core.schema.json": schema()},
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
-    lambda contents: {**contents.cells, **contents.rules},
+    lambda contents: contents.cells,
     boards,
     constraints,
     vivado,

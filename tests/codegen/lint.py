@@ -7,12 +7,11 @@ from pathlib import Path
 from tfra.sim.tools import choose, environment
 
 
-def verilator(verilog: Path, tools: Path, cells: Iterable[Path] = (), rules: Iterable[Path] = ()) -> str:
-    """Warnings of Verilator's lint, all but those that ``rules`` for the models of ``cells`` exclude; ``tools`` is a
-    folder to use."""
+def verilator(verilog: Path, tools: Path, cells: Iterable[Path] = ()) -> str:
+    """Warnings of Verilator's lint, also of the models of ``cells``; ``tools`` is a folder to use."""
     choose("verilator")
     models = [argument for cell in cells for argument in ("-v", str(cell))]
-    command = ["verilator", "--lint-only", "-Wall", *map(str, rules), *models, str(verilog)]
+    command = ["verilator", "--lint-only", "-Wall", *models, str(verilog)]
     return _said(command, environment("verilator", tools))
 
 

@@ -72,6 +72,16 @@ def test_wrapper_runs_the_wheel_and_hides_one_option(monkeypatch: pytest.MonkeyP
     assert done.stdout.splitlines() == [str(root), "-cc", "two words"]
 
 
+def test_a_wrapper_does_not_call_itself(bare: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not when its folder is on ``PATH`` already, as in a process that was started with such an environment."""
+    program(bare, "verilator")
+    folder = tmp_path / "wrappers"
+    folder.mkdir()
+    for _ in range(2):
+        monkeypatch.setenv("PATH", tools.environment("verilator", folder)["PATH"])
+    assert f"exec {bare / 'verilator'} " in (folder / "verilator").read_text()
+
+
 def test_icarus_needs_nothing_special(tmp_path: Path) -> None:
     environment = tools.environment("icarus", tmp_path)
     assert environment["PATH"] == os.environ["PATH"]

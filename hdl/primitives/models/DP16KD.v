@@ -3,6 +3,8 @@
 // "OUTREG" puts an output register behind them.  A word that is read on one port while the other port writes it is X.
 // Chip selects other than "0b000" and inverted controls are not modelled: they are fatal, and so is a reset in the
 // asynchronous mode.
+/* verilator lint_save */
+/* verilator lint_off UNUSED */  // pins and parameters of other modes, and address bits that a mode does not use
 module DP16KD (
   input
     DIA17, DIA16, DIA15, DIA14, DIA13, DIA12, DIA11, DIA10, DIA9, DIA8, DIA7, DIA6, DIA5, DIA4, DIA3, DIA2,
@@ -48,6 +50,30 @@ module DP16KD (
     INITVAL_09, INITVAL_08, INITVAL_07, INITVAL_06, INITVAL_05, INITVAL_04, INITVAL_03, INITVAL_02, INITVAL_01,
     INITVAL_00};
 
+  /* verilator lint_off WIDTH */  // texts of different lengths
+  localparam
+    INVERTED_A = CLKAMUX == "INV", INVERTED_B = CLKBMUX == "INV",
+    REGISTERED_A = REGMODE_A == "OUTREG", REGISTERED_B = REGMODE_B == "OUTREG",
+    THROUGH_A = WRITEMODE_A == "WRITETHROUGH", THROUGH_B = WRITEMODE_B == "WRITETHROUGH",
+    BEFORE_A = WRITEMODE_A == "READBEFOREWRITE", BEFORE_B = WRITEMODE_B == "READBEFOREWRITE";
+
+  function known(input integer width);
+    known = width == 1 || width == 2 || width == 4 || width == 9 || width == 18;
+  endfunction
+  initial begin
+    if (!(known(DATA_WIDTH_A) || DATA_WIDTH_A == 36) || !(known(DATA_WIDTH_B) || DATA_WIDTH_B == 36 && DATA_WIDTH_A == 36))
+      $fatal(1, "%m: DP16KD: widths %0d and %0d do not go together", DATA_WIDTH_A, DATA_WIDTH_B);
+    if (CSDECODE_A != "0b000" || CSDECODE_B != "0b000"
+        || CEAMUX != "CEA" || OCEAMUX != "OCEA" || WEAMUX != "WEA" || RSTAMUX != "RSTA"
+        || CEBMUX != "CEB" || OCEBMUX != "OCEB" || WEBMUX != "WEB" || RSTBMUX != "RSTB")
+      $fatal(1, "%m: a mode of DP16KD that is not modelled");
+    if (!(REGISTERED_A || REGMODE_A == "NOREG") || !(REGISTERED_B || REGMODE_B == "NOREG"))
+      $fatal(1, "%m: DP16KD: no such REGMODE");
+    if (!(BEFORE_A || THROUGH_A || WRITEMODE_A == "NORMAL") || !(BEFORE_B || THROUGH_B || WRITEMODE_B == "NORMAL"))
+      $fatal(1, "%m: DP16KD: no such WRITEMODE");
+  end
+  /* verilator lint_on WIDTH */
+
   reg [8:0] bytes [0:2047];
   integer i;
   initial  // of 20 bits in INITVAL, 18 are memory
@@ -63,12 +89,12 @@ module DP16KD (
   wire [17:0] data_b = {
     DIB17, DIB16, DIB15, DIB14, DIB13, DIB12, DIB11, DIB10, DIB9, DIB8, DIB7, DIB6, DIB5, DIB4, DIB3, DIB2,
     DIB1, DIB0};
-  wire clock_a = CLKAMUX == "INV" ? ~CLKA : CLKA, clock_b = CLKBMUX == "INV" ? ~CLKB : CLKB;
+  wire clock_a = INVERTED_A ? ~CLKA : CLKA, clock_b = INVERTED_B ? ~CLKB : CLKB;
   wire select_a = CEA & ({CSA2, CSA1, CSA0} === 3'b000), select_b = CEB & ({CSB2, CSB1, CSB0} === 3'b000);
 
   // Bytes of a word that a write changes.
   function [3:0] lanes(input integer width, input [13:0] address);
-    lanes = width == 36 ? address[3:0] : width == 18 ? address[1:0] : 4'b0001;
+    lanes = width == 36 ? address[3:0] : width == 18 ? {2'b00, address[1:0]} : 4'b0001;
   endfunction
 
   // Number of a word's lowest byte.
@@ -84,11 +110,11 @@ module DP16KD (
   function [35:0] word(input integer width, input [13:0] address, input [10:0] at);
     case (width)
       36: word = {bytes[at + 3], bytes[at + 2], bytes[at + 1], bytes[at]};
-      18: word = {bytes[at + 1], bytes[at]};
-      9: word = bytes[at];
-      4: word = bytes[at][4 * address[2] +: 4];
-      2: word = bytes[at][2 * address[2:1] +: 2];
-      default: word = bytes[at][address[2:0]];
+      18: word = {18'b0, bytes[at + 1], bytes[at]};
+      9: word = {27'b0, bytes[at]};
+      4: word = {32'b0, bytes[at][4 * address[2] +: 4]};
+      2: word = {34'b0, bytes[at][2 * address[2:1] +: 2]};
+      default: word = {35'b0, bytes[at][{1'b0, address[2:0]}]};
     endcase
   endfunction
 
@@ -102,11 +128,11 @@ module DP16KD (
   task write(input integer width, input [13:0] address, input [10:0] at, input [35:0] data);
     integer k;
     case (width)
-      36, 18: for (k = 0; k < width / 9; k = k + 1) if (address[k]) bytes[at + k] <= data[9 * k +: 9];
-      9: bytes[at] <= data;
-      4: bytes[at][4 * address[2] +: 4] <= data;
-      2: bytes[at][2 * address[2:1] +: 2] <= data;
-      default: bytes[at][address[2:0]] <= data;
+      36, 18: for (k = 0; k < width / 9; k = k + 1) if (address[k]) bytes[at + k[10:0]] <= data[9 * k +: 9];
+      9: bytes[at] <= data[8:0];
+      4: bytes[at][4 * address[2] +: 4] <= data[3:0];
+      2: bytes[at][2 * address[2:1] +: 2] <= data[1:0];
+      default: bytes[at][{1'b0, address[2:0]}] <= data[0];
     endcase
   endtask
 
@@ -119,34 +145,40 @@ module DP16KD (
     end
   endfunction
 
-  reg [35:0] read_a = 0, read_b = 0, register_a = 0, register_b = 0;
+  reg [35:0] read_a, read_b, register_a, register_b;
+  initial begin
+    read_a = 0;
+    read_b = 0;
+    register_a = 0;
+    register_b = 0;
+  end
   always @(posedge clock_a) begin
     if (write_a) write(DATA_WIDTH_A, address_a, byte_a, {data_b, data_a});
     if (RSTA === 1'b1) read_a <= 0;
     else if (select_a && DATA_WIDTH_A != 36) begin
       if (write_b && meets(DATA_WIDTH_A, byte_a, DATA_WIDTH_B, byte_b)) read_a <= {36{1'bx}};
-      else if (!write_a || WRITEMODE_A == "READBEFOREWRITE") read_a <= word(DATA_WIDTH_A, address_a, byte_a);
-      else if (WRITEMODE_A == "WRITETHROUGH")
-        read_a <= through(DATA_WIDTH_A, address_a, word(DATA_WIDTH_A, address_a, byte_a), data_a);
+      else if (!write_a || BEFORE_A) read_a <= word(DATA_WIDTH_A, address_a, byte_a);
+      else if (THROUGH_A)
+        read_a <= through(DATA_WIDTH_A, address_a, word(DATA_WIDTH_A, address_a, byte_a), {18'b0, data_a});
     end
     if (RSTA === 1'b1) register_a <= 0;
     else if (OCEA) register_a <= read_a;
   end
   always @(posedge clock_b) begin
-    if (write_b) write(DATA_WIDTH_B, address_b, byte_b, data_b);
+    if (write_b) write(DATA_WIDTH_B, address_b, byte_b, {18'b0, data_b});
     if (RSTB === 1'b1) read_b <= 0;
     else if (select_b) begin
       if (write_a && meets(DATA_WIDTH_B, byte_b, DATA_WIDTH_A, byte_a)) read_b <= {36{1'bx}};
-      else if (!write_b || WRITEMODE_B == "READBEFOREWRITE") read_b <= word(DATA_WIDTH_B, address_b, byte_b);
-      else if (WRITEMODE_B == "WRITETHROUGH")
-        read_b <= through(DATA_WIDTH_B, address_b, word(DATA_WIDTH_B, address_b, byte_b), data_b);
+      else if (!write_b || BEFORE_B) read_b <= word(DATA_WIDTH_B, address_b, byte_b);
+      else if (THROUGH_B)
+        read_b <= through(DATA_WIDTH_B, address_b, word(DATA_WIDTH_B, address_b, byte_b), {18'b0, data_b});
     end
     if (RSTB === 1'b1) register_b <= 0;
     else if (OCEB) register_b <= read_b;
   end
 
-  wire [35:0] result_a = REGMODE_A == "OUTREG" ? register_a : read_a;
-  wire [35:0] result_b = REGMODE_B == "OUTREG" ? register_b : read_b;
+  wire [35:0] result_a = REGISTERED_A ? register_a : read_a;
+  wire [35:0] result_b = REGISTERED_B ? register_b : read_b;
   assign {
     DOA17, DOA16, DOA15, DOA14, DOA13, DOA12, DOA11, DOA10, DOA9, DOA8, DOA7, DOA6, DOA5, DOA4, DOA3, DOA2,
     DOA1, DOA0} = DATA_WIDTH_B == 36 ? result_b[17:0] : result_a[17:0];
@@ -154,23 +186,7 @@ module DP16KD (
     DOB17, DOB16, DOB15, DOB14, DOB13, DOB12, DOB11, DOB10, DOB9, DOB8, DOB7, DOB6, DOB5, DOB4, DOB3, DOB2,
     DOB1, DOB0} = DATA_WIDTH_B == 36 ? result_b[35:18] : result_b[17:0];
 
-  function known(input integer width);
-    known = width == 1 || width == 2 || width == 4 || width == 9 || width == 18;
-  endfunction
-  initial begin
-    if (!(known(DATA_WIDTH_A) || DATA_WIDTH_A == 36) || !(known(DATA_WIDTH_B) || DATA_WIDTH_B == 36 && DATA_WIDTH_A == 36))
-      $fatal(1, "%m: DP16KD: widths %0d and %0d do not go together", DATA_WIDTH_A, DATA_WIDTH_B);
-    if (CSDECODE_A != "0b000" || CSDECODE_B != "0b000"
-        || CEAMUX != "CEA" || OCEAMUX != "OCEA" || WEAMUX != "WEA" || RSTAMUX != "RSTA"
-        || CEBMUX != "CEB" || OCEBMUX != "OCEB" || WEBMUX != "WEB" || RSTBMUX != "RSTB")
-      $fatal(1, "%m: a mode of DP16KD that is not modelled");
-    if ((REGMODE_A != "NOREG" && REGMODE_A != "OUTREG") || (REGMODE_B != "NOREG" && REGMODE_B != "OUTREG"))
-      $fatal(1, "%m: DP16KD: no such REGMODE");
-    if (WRITEMODE_A != "NORMAL" && WRITEMODE_A != "WRITETHROUGH" && WRITEMODE_A != "READBEFOREWRITE"
-        || WRITEMODE_B != "NORMAL" && WRITEMODE_B != "WRITETHROUGH" && WRITEMODE_B != "READBEFOREWRITE")
-      $fatal(1, "%m: DP16KD: no such WRITEMODE");
-  end
-  // The mode alone is not: yosys may choose either one for a memory that is never reset.  The clocks are for a
+  // The mode alone is not fatal: yosys may choose either one for a memory that is never reset.  The clocks are for a
   // reset that is tied to 1, which has no edge.
   generate
     if (RESETMODE != "SYNC") begin : asynchronous
@@ -179,3 +195,4 @@ module DP16KD (
     end
   endgenerate
 endmodule
+/* verilator lint_restore */

@@ -2,6 +2,9 @@
 // synchronous reset of its own, or none; words signed or not.  Cascades (SRI, SRO, RO), the C input and asynchronous
 // resets are not modelled: parameters and inputs that ask for them are fatal.  Latency: the sum of the registers.
 // There are no pins for SRI: these have wires from the cell beside them alone, and no router can bring them a constant.
+/* verilator lint_save */
+/* verilator lint_off UNUSED */  // pins and parameters of modes that are not modelled
+/* verilator lint_off DECLFILENAME */  // the cell's registers are in this file
 module MULT18X18D (
   input
     A17, A16, A15, A14, A13, A12, A11, A10, A9, A8, A7, A6, A5, A4, A3, A2, A1, A0,
@@ -63,10 +66,12 @@ module MULT18X18D_register #(parameter BITS = 1, CLK = "NONE", CE = "CE0", RST =
   wire clock = CLK == "CLK0" ? clk[0] : CLK == "CLK1" ? clk[1] : CLK == "CLK2" ? clk[2] : clk[3];
   wire enable = CE == "CE0" ? ce[0] : CE == "CE1" ? ce[1] : CE == "CE2" ? ce[2] : ce[3];
   wire reset = RST == "RST0" ? rst[0] : RST == "RST1" ? rst[1] : RST == "RST2" ? rst[2] : rst[3];
-  reg [BITS-1:0] word = 0;
+  reg [BITS-1:0] word;
+  initial word = 0;
   always @(posedge clock) word <= reset === 1'b1 ? 0 : enable ? d : word;
   assign q = CLK == "NONE" ? d : word;
   initial
     if (CLK != "NONE" && CLK != "CLK0" && CLK != "CLK1" && CLK != "CLK2" && CLK != "CLK3")
       $fatal(1, "%m: MULT18X18D: no such clock: %s", CLK);
 endmodule
+/* verilator lint_restore */

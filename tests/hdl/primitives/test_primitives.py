@@ -1,5 +1,6 @@
 """Every variant of a primitive computes the same in the same cycles, whatever its enable does."""
 
+import re
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.codegen import lint
 from tests.hdl.primitives.harness import in_amaranth, in_icarus
 from tests.marks import long
 from tfra.hdl.primitives import Multiplier, Rom, cell_models
@@ -143,6 +145,24 @@ def test_a_mode_without_a_model_is_fatal(cell: str, setting: str, tmp_path: Path
     done = ended(f"{cell} #({setting}) cell_ ();", tmp_path)
     assert done.returncode == 1
     assert cell in done.stdout
+
+
+MODES = [
+    *(f'DP16KD #(.DATA_WIDTH_A({a}), .DATA_WIDTH_B({b}))' for a, b in ((1, 2), (4, 9), (18, 18), (36, 36))),
+    *(f'DP16KD #(.WRITEMODE_A("{mode}"), .WRITEMODE_B("{mode}"))' for mode in ("WRITETHROUGH", "READBEFOREWRITE")),
+    'DP16KD #(.REGMODE_A("OUTREG"), .REGMODE_B("OUTREG"), .CLKAMUX("INV"), .CLKBMUX("INV"))',
+    'MULT18X18D #(.REG_INPUTA_CLK("CLK1"), .REG_PIPELINE_CLK("CLK2"), .REG_OUTPUT_CLK("CLK3"))',
+]
+
+
+def test_linters_are_silent_about_every_mode(tmp_path: Path) -> None:
+    """With names of rules that Verilator has had since 5.006."""
+    models = cell_models("ecp5", "multiplier", "rom")
+    cells = " ".join(f"{mode} cell{number} ();" for number, mode in enumerate(MODES))
+    (tmp_path / "modes.v").write_text(f"/* verilator lint_off PINMISSING */\nmodule modes; {cells} endmodule\n")
+    assert lint.verilator(tmp_path / "modes.v", tmp_path, models) == ""
+    off = {rule for model in models for rule in re.findall(r"lint_off (\w+)", model.read_text())}
+    assert off <= {"DECLFILENAME", "UNUSED", "WIDTH"}
 
 
 @pytest.mark.parametrize("port", ["A", "B"])
