@@ -75,7 +75,7 @@ class Registers(wiring.Component):
         m.submodules.axi_lite = self._axi_lite
         connect(m, flipped(self.bus), self._axi_lite.bus)
         fields = [(register, field) for register in self._map.registers for field in register.fields]
-        values = {f"{register.name}.{field.name}": self._value(m, register, field) for register, field in fields}
+        values = {f"{register.name}.{field.name}": self._value(register, field) for register, field in fields}
         for register, field in fields:
             own = values[f"{register.name}.{field.name}"]
             if field.kind.writable:
@@ -99,14 +99,12 @@ class Registers(wiring.Component):
     def _hardware(self, register: Register, name: str) -> Value:
         return getattr(getattr(self.hardware, register.name), name)
 
-    def _value(self, m: Module, register: Register, field: Field) -> Value:
+    def _value(self, register: Register, field: Field) -> Value:
         """What ``field`` is: a constant, an input, a register that drives an output, or one of its own."""
         if field.kind is Kind.CONSTANT:
             return Const(field.reset, field.bits)
-        if field.kind in (Kind.STATUS, Kind.SETTING, Kind.PULSE):
+        if field.kind in (Kind.STATUS, Kind.SETTING, Kind.PULSE, Kind.PORT):
             return self._hardware(register, field.name)
-        if field.kind is Kind.PORT:
-            return pipeline.driver(m, self._hardware(register, field.name))
         return Signal(field.bits, name=f"{register.name}_{field.name}", init=field.reset)
 
     def _writable(self, m: Module, register: Register, field: Field, own: Value) -> None:

@@ -26,7 +26,7 @@ class Calibrate(wiring.Component):
 
     A gain of 0 marks a dead taxel, whose faults are not reported.  There are two pages of offsets and gains: a tare
     writes the page that is not in use, which is used when it is complete.  A reset leaves the page that is in use.
-    Software writes while no frame comes; its place counts up with each word.
+    Software writes while no frame comes.
 
     =====  =================================  =======================================
     cycle  mean                               tables
@@ -91,16 +91,11 @@ class Calibrate(wiring.Component):
         m.submodules.entries = entries = Memory(shape=_ENTRY, depth=depth, init=[[0, UNITY]] * depth)
         read, write = entries.read_port(), entries.write_port(granularity=1)
         page = Signal(reset_less=True)
-        software_place = Signal(max(len(place), len(self.repair_place)), reset_less=True)
         software = self.software
         with m.If(self.turn):
             m.d.sync += page.eq(~page)
-        with m.If(software.data_written):
-            m.d.sync += software_place.eq(software_place + 1)
-        with m.If(software.place_written):
-            m.d.sync += software_place.eq(software.index)
         writes = [software.data_written & (software.kind == kind) for kind in (OFFSETS, GAINS, REPAIRS)]
-        taxel = software_place[: len(place)]
+        taxel = software.index[: len(place)]
         entry = register(m, read.data, "entry")
         m.d.comb += [
             read.addr.eq(Cat(Mux(self.i.valid, self.i.index, taxel), page)),
@@ -109,7 +104,7 @@ class Calibrate(wiring.Component):
             write.data[OFFSETS].eq(Mux(tare, mean.as_unsigned(), software.data)),
             write.data[GAINS].eq(Mux(tare, entry[GAINS][:GAIN], software.data[:GAIN])),
             self.repair.eq(writes[REPAIRS]),
-            self.repair_place.eq(software_place),
+            self.repair_place.eq(software.index),
         ]
         with m.Switch(software.kind):
             with m.Case(OFFSETS):

@@ -39,8 +39,7 @@ SETTINGS = wiring.Signature({
 """Settings, as software drives them: see the registers of the same names."""
 
 TABLES = wiring.Signature({
-    "place_written": Out(1),  # pulse: there is a new place ...
-    "index": Out(16),  # ... in the table
+    "index": Out(16),  # a place in the table ...
     "kind": Out(2),  # ... of this kind
     "data_written": Out(1),  # pulse: there is a word for the place
     "data": Out(BITS),

@@ -85,16 +85,21 @@ class Control(wiring.Component):
         return getattr(getattr(self.hardware, register), field)
 
     def _calibration(self, m: Module) -> None:
-        """CALIBRATION_...: words of the tables, and their CRC."""
+        """CALIBRATION_...: words of the tables, whose place counts up with each, and their CRC."""
         m.submodules.crc = crc = Crc()
         place, word, tables = self.hardware.CALIBRATION_PLACE, self.hardware.CALIBRATION_DATA, self.tables
+        chosen = place.index_written | place.kind_written
+        index = Signal.like(place.index)
+        with m.If(word.word_written):
+            m.d.sync += index.eq(index + 1)
+        with m.If(chosen):
+            m.d.sync += index.eq(place.index)
         m.d.comb += [
-            tables.place_written.eq(place.index_written | place.kind_written),
-            tables.index.eq(place.index),
+            tables.index.eq(index),
             tables.kind.eq(place.kind),
             tables.data.eq(word.word),
             tables.data_written.eq(word.word_written),
-            crc.restart.eq(tables.place_written),
+            crc.restart.eq(chosen),
             crc.start.eq(word.word_written),
             crc.word.eq(word.word),
             self.hardware.CALIBRATION_VALUE.word.eq(tables.value),

@@ -16,6 +16,7 @@ from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import to_verilog
 from tfra.codegen.verilog.testbench import testbench as written_testbench
+from tfra.codegen.verilog.wrapper import module_name, wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
@@ -111,3 +112,45 @@ def test_nothing_is_left_of_what_was_before_a_reset(name, seeds, tmp_path):
         begun = begin_with(verilog, undefined if seed is None else partial(randomly, random.Random(seed)), memories)
         assert begun.count("'bx") > 50 or seed
         assert ends(design, tmp_path, begun).startswith("PASSED"), f"seed {seed}"
+
+
+READER = """
+module reader;
+  reg clock = 0;
+  reg resetn = 0;
+  reg request = 0;
+  wire answered;
+  wire [31:0] word;
+  always #5 clock = !clock;
+  TOP dut(
+    .aclk(clock), .aresetn(resetn), .s_axi_araddr(8'hbc), .s_axi_arvalid(request), .s_axi_rready(1'b1),
+    .s_axi_rvalid(answered), .s_axi_rdata(word), .s_axi_awvalid(1'b0), .s_axi_wvalid(1'b0), .s_axi_bready(1'b1),
+    .s_axis_tvalid(1'b0), .m_axis_tready(1'b1)
+  );
+  initial begin
+    repeat (4) @(negedge clock);
+    dut.core.front_end.calibrate.page = 0;
+    resetn = 1;
+    repeat (4) @(negedge clock);
+    request = 1;
+    @(negedge clock) request = 0;
+    wait (answered) $display("%b", word);
+    $finish;
+  end
+endmodule
+"""
+"""Reads CALIBRATION_VALUE and nothing before; only the page that is in use outlasts a reset."""
+
+
+def test_calibration_value_before_a_place_is_chosen(tmp_path):
+    choose("icarus")
+    design = DESIGNS["serial"]
+    begun = begin_with(wrapper_verilog(design), undefined, memories=False)
+    assert begun.count("'bx") > 50
+    (tmp_path / "axi.v").write_text(begun)
+    (tmp_path / "core.v").write_text(to_verilog(design))
+    (tmp_path / "reader.v").write_text(READER.replace("TOP", module_name(design)))
+    command = ["iverilog", "-g2012", "-s", "reader", "-o", "tb", "reader.v", "axi.v", "core.v"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    done = subprocess.run(["vvp", "-n", "tb"], cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["0" * 32]

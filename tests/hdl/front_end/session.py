@@ -70,11 +70,10 @@ class Session:
 
     async def _write(self, ctx: Any, kind: int, place: int, words: Any) -> None:
         bus = self.unit.tables
-        for name, value in (("kind", kind), ("index", place), ("place_written", 1)):
-            ctx.set(getattr(bus, name), value)
-        await ctx.tick()
-        ctx.set(bus.place_written, 0)
-        for word in words:
+        ctx.set(bus.kind, kind)
+        ctx.set(bus.index, place)
+        for index, word in enumerate(words, place):
+            ctx.set(bus.index, index)
             ctx.set(bus.data, int(word) & 0xFFFFFFFF)
             ctx.set(bus.data_written, 1)
             await ctx.tick()
