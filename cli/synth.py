@@ -19,6 +19,9 @@ Seeds = Annotated[int, typer.Option(min=1, max=99, help="Number of place and rou
 _AIM = "Target frequency of place and route; the router takes long if it can't be reached."
 Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help=_AIM)]
 
+_BEHIND = "The core behind its buses, as the package has it: the module NAME_axi."
+Package = Annotated[bool, typer.Option("--package", help=_BEHIND)]
+
 
 def find_target(name: str) -> Target:
     """The target called ``name``; raises ``InputError`` for an unknown one."""
@@ -29,7 +32,13 @@ def find_target(name: str) -> Target:
 
 
 def synth(
-    config: Config, target: TargetName, out: OutDirectory, seeds: Seeds = 3, clock_mhz: Clock = None, json: Json = False
+    config: Config,
+    target: TargetName,
+    out: OutDirectory,
+    package: Package = False,
+    seeds: Seeds = 3,
+    clock_mhz: Clock = None,
+    json: Json = False,
 ) -> None:
     """Synthesise, place and route the core: resources, frequency, critical path, frames per second."""
     from tfra.codegen.config.read import load
@@ -41,7 +50,7 @@ def synth(
     check_core(project)
     try:
         with progress("estimating") as advance:
-            work = Run(project.design, part, seeds, clock_mhz or part.clock_mhz, advance)
+            work = Run(project.design, part, seeds, clock_mhz or part.clock_mhz, advance, package)
             work.write(out, [config])
     except Stopped:
         _show(work, json)

@@ -53,6 +53,8 @@ def _notes(report: Mapping[str, Any]) -> Iterator[str]:
     if not report["complete"]:
         done = len(report["clock"]["seeds"]) if report["clock"] else 0
         yield f"not finished: yosys and {done} of {report['seeds_wanted']} seeds are done"
+    if report["package"]:
+        yield "estimates are those of the core, without its wrapper"
     if report["mapper"] == "abc":
         yield "ABC9 aborted on this netlist: ABC mapped it instead, without knowing delays"
     if report["note"]:

@@ -6,6 +6,9 @@ from amaranth import Cat, Module, Shape, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+_DOMAIN = ("aclk", "aresetn")
+"""Ports of a wrapper that are no words: its clock and its reset, which become ``clk`` and ``rst`` like a core's."""
+
 
 class Pins(wiring.Component):
     """``core`` with a shift register and a one-bit pin for every port; for place and route only.
@@ -16,12 +19,16 @@ class Pins(wiring.Component):
 
     def __init__(self, core: wiring.Component) -> None:
         self._core = core
-        super().__init__({"shift": In(1), **{name: port.flow(1) for name, port in core.signature.members.items()}})
+        self._ports = {name: port for name, port in core.signature.members.items() if name not in _DOMAIN}
+        domain = {} if len(self._ports) == len(core.signature.members) else {"clk": In(1), "rst": In(1)}
+        super().__init__({"shift": In(1), **domain, **{name: port.flow(1) for name, port in self._ports.items()}})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.top = self._core
-        for name, port in self._core.signature.members.items():
+        if "clk" in self.signature.members:
+            m.d.comb += [self._core.aclk.eq(self.clk), self._core.aresetn.eq(~self.rst)]
+        for name, port in self._ports.items():
             pin, word = getattr(self, name), Value.cast(getattr(self._core, name))
             register = Signal(Shape.cast(port.shape).width, name=f"{name}_register", reset_less=True)
             shifted = Cat(register[1:], pin if port.flow is In else 0)

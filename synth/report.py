@@ -6,6 +6,7 @@ from importlib.metadata import version
 from statistics import median_low
 from typing import Any
 
+from tfra.codegen.verilog.wrapper import module_name, wrapper
 from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
@@ -22,9 +23,16 @@ def median_route(routes: Sequence[Route]) -> Route:
 
 
 def report(
-    design: Design, target: Target, synthesis: Synthesis, routes: Sequence[Route], estimated: Estimate, seeds: int
+    design: Design,
+    target: Target,
+    synthesis: Synthesis,
+    routes: Sequence[Route],
+    estimated: Estimate,
+    seeds: int,
+    *,
+    package: bool,
 ) -> dict[str, Any]:
-    """All results, ready for JSON; complete when all ``seeds`` have been routed.
+    """All results, ready for JSON; complete when all ``seeds`` have been routed.  Estimates are those of the core.
 
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """
@@ -32,7 +40,8 @@ def report(
     used = {**synthesis.resources, **(median_route(routes).resources if routes else {})}
     return {
         "generator": f"tfra {version('tfra')}",
-        "name": design.name,
+        "name": module_name(design) if package else design.name,
+        "package": package,
         "complete": len(routes) == seeds,
         "seeds_wanted": seeds,
         "target": target.name,
@@ -46,7 +55,7 @@ def report(
         "cells": dict(sorted(synthesis.cells.items())),
         "clock": clock_facts(routes) if routes else None,
         "note": target.family.timing or None,
-        "timing": timing(core, median_route(routes).mhz if routes else None),
+        "timing": timing(core, median_route(routes).mhz if routes else None, wrapper(design).latency if package else 0),
         "tools": versions(target.family),
         "options": options(target.family),
     }
@@ -80,9 +89,13 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
     }
 
 
-def timing(core: Microarchitecture, mhz: float | None) -> dict[str, Any]:
-    """Cycles of ``core`` and, at ``mhz``, times: latency to the first result word, frame latency to the last."""
-    cycles = {"latency": core.latency, "frame_latency": core.frame_latency, "interval": core.initiation_interval}
+def timing(core: Microarchitecture, mhz: float | None, around: int = 0) -> dict[str, Any]:
+    """Cycles of ``core`` and, at ``mhz``, times: latency to the first result word, frame latency to the last.
+
+    ``around`` are the cycles that a wrapper adds to both.
+    """
+    latencies = {"latency": core.latency + around, "frame_latency": core.frame_latency + around}
+    cycles = {**latencies, "interval": core.initiation_interval}
     found: dict[str, Any] = {f"{name}_cycles": number for name, number in cycles.items()}
     if mhz:
         found |= {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()}

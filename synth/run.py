@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tfra import families, synth
+from tfra.codegen.verilog import wrapper
 from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
 from tfra.families import Target
 from tfra.model.fixed.design import Design
@@ -30,7 +31,7 @@ YOSYS_S, SEED_S, BITSTREAM_S = 2e-3, 15e-3, 5e-5
 
 @dataclass
 class Run:
-    """One core on one part, with the tools' results so far.
+    """One core on one part, behind its buses with ``package``, with the tools' results so far.
 
     ``advance`` is called with the seconds expected of what has ended and of all steps, and with the step's name.
     """
@@ -40,6 +41,7 @@ class Run:
     seeds: int
     clock_mhz: float
     advance: Callable[[int, int, str], None]
+    package: bool = False
     estimated: Estimate | None = None
     synthesis: Synthesis | None = None
     routes: list[Route] = field(default_factory=list)
@@ -69,7 +71,9 @@ class Run:
         """The report so far; raises ``ValueError`` before yosys has finished."""
         if self.synthesis is None or self.estimated is None:
             raise ValueError("yosys has not finished")
-        return report(self.design, self.target, self.synthesis, self.routes, self.estimated, self.wanted)
+        return report(
+            self.design, self.target, self.synthesis, self.routes, self.estimated, self.wanted, package=self.package
+        )
 
     @property
     def wanted(self) -> int:
@@ -95,12 +99,12 @@ class Run:
 
     def _synthesise(self, fresh: Path, seconds: int) -> str:
         """Run yosys; returns the key of its netlist."""
-        text, family = netlist(self.design, self.target), self.target.family
+        text, family = netlist(self.design, self.target, package=self.package), self.target.family
         programs = map(repr, (versions(family), options(family)))
         key = digest(text, repr(self.target), *programs, *texts(sources(families, synth)))
 
         def step() -> dict[str, Any]:
-            return asdict(synthesise(text, self.design.name, self.target, fresh))
+            return asdict(synthesise(text, top_name(self.design, package=self.package), self.target, fresh))
 
         self.synthesis = Synthesis(**self._cached("yosys", "yosys", seconds, key, fresh, step))
         return key
@@ -124,7 +128,17 @@ class Run:
         return result
 
 
-def netlist(design: Design, target: Target) -> str:
-    """RTLIL of the core for synthesis; if it is placed, with shift registers at its ports, to exclude paths to pins."""
-    top = Pins(Top(design)) if target.family.place_and_route else Top(design)
-    return with_free_collisions(to_rtlil(top, design.name))
+def top_name(design: Design, *, package: bool) -> str:
+    """Name of the module that is synthesised."""
+    return wrapper.module_name(design) if package else design.name
+
+
+def netlist(design: Design, target: Target, *, package: bool = False) -> str:
+    """RTLIL of the core for synthesis, with ``package`` of the wrapper around it.
+
+    If it is placed, it has shift registers at its ports, to exclude paths to pins.
+    """
+    core = Top(design)
+    top = wrapper.Top(design) if package else core
+    text = to_rtlil(Pins(top) if target.family.place_and_route else top, top_name(design, package=package))
+    return with_free_collisions(text + to_rtlil(core, design.name) if package else text)

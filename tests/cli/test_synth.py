@@ -16,6 +16,7 @@ from tests.marks import long
 from tfra.cli import common
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
+from tfra.codegen.verilog.wrapper import wrapper
 from tfra.families import TARGETS, Target, find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
@@ -44,14 +45,14 @@ SIZE = ("size", "skin.toml", "--target", "ecp5-85")
 CLOCK = find("ecp5-85").clock_mhz
 
 
-def once(make: Callable[[Design, Any], Any]) -> Callable[[Design, Any], Any]:
+def once(make: Callable[..., Any]) -> Callable[..., Any]:
     """The same, made once for each design and each part or family: elaborating takes seconds."""
-    made: dict[tuple[Design, str], Any] = {}
+    made: dict[tuple[Any, ...], Any] = {}
 
-    def get(design: Design, where: Any) -> Any:
-        key = design, where.name
+    def get(design: Design, where: Any, **options: Any) -> Any:
+        key = design, where.name, *options.values()
         if key not in made:
-            made[key] = make(design, where)
+            made[key] = make(design, where, **options)
         return made[key]
 
     return get
@@ -134,6 +135,25 @@ def test_what_is_done_is_shown_and_kept(
     assert seeds == [1, 2, 2, 3]
     found = json.loads(capsys.readouterr().out)
     assert (found["complete"], found["clock"]["median_mhz"]) == (True, CLOCK - 2)
+
+
+def test_behind_its_buses(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The package's module with the core inside: one clock, no port of many bits, latency from stream to stream."""
+    assert main([*SYNTH, "--package", "--seeds", "1", "--json"]) == 0
+    found, design = json.loads(capsys.readouterr().out), load("skin.toml").design
+    core, around = microarchitecture(design), wrapper(design).latency
+    assert found["name"] == "skin_axi"
+    assert found["timing"]["latency_cycles"] == core.latency + around
+    assert found["timing"]["frame_latency_cycles"] == core.frame_latency + around
+    assert found["timing"]["interval_cycles"] == core.initiation_interval
+    assert "estimates are those of the core, without its wrapper" in Path("fpga/report.txt").read_text()
+    text = NETLIST(design, find("ecp5-85"), package=True)
+    assert {"\\skin", "\\skin_axi", "\\skin_axi.top"} <= set(re.findall(r"^module (\S+)$", text, re.M))
+    top = text.partition("module \\skin_axi\n")[2].partition("\nend\n")[0]
+    ports = re.findall(r"^  wire width (\d+) (?:input|output) \d+ +\\(\w+)$", top, re.M)
+    assert {bits for bits, _ in ports} == {"1"}
+    assert {"shift", "clk", "rst", "irq"} <= {name for _, name in ports}
+    assert not {"aclk", "aresetn"} & {name for _, name in ports}
 
 
 def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

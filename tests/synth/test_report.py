@@ -36,7 +36,7 @@ ESTIMATED = Estimate(
 
 
 def made(routes: Sequence[Route] = ROUTES, seeds: int = 3) -> dict[str, Any]:
-    return report(DESIGN, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, seeds)
+    return report(DESIGN, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, seeds, package=False)
 
 
 def test_numbers() -> None:
@@ -69,7 +69,7 @@ def test_text() -> None:
 
 
 def test_counts_alone() -> None:
-    found = report(DESIGN, find("xc7"), replace(SYNTHESIS, mapper="abc"), [], ESTIMATED, 0)
+    found = report(DESIGN, find("xc7"), replace(SYNTHESIS, mapper="abc"), [], ESTIMATED, 0, package=False)
     assert found["clock"] is None
     assert "frames_per_second" not in found["timing"]
     assert found["resources"]["LUT"]["available"] is None
