@@ -60,7 +60,8 @@ def main() -> int:
 
 def _run(output: _Output, complaints: _Output) -> int:
     try:
-        _quiet_warnings()
+        warnings.resetwarnings()  # whatever PYTHONWARNINGS says; the command line then enables its own
+        warnings.simplefilter("ignore")
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing to clean up yet
         from tfra.cli.main import main as run
 
@@ -117,9 +118,3 @@ def _text(raw: _Output, former: object) -> io.TextIOWrapper:
     """Return ``raw`` as text; characters that its encoding lacks are escaped."""
     encoding = getattr(former, "encoding", None) or "utf-8"
     return io.TextIOWrapper(io.BufferedWriter(raw), encoding, "backslashreplace", line_buffering=True)
-
-
-def _quiet_warnings() -> None:
-    """Ignore all warnings, whatever ``PYTHONWARNINGS`` says; the command line then enables its own."""
-    warnings.resetwarnings()
-    warnings.simplefilter("ignore")

@@ -125,13 +125,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         message = str(error)
     except typer.TyperException as error:
-        message = str(InputError(_command_of(error), "", error.format_message().replace("Value error, ", "")))
+        command = str(getattr(getattr(error, "ctx", None), "command_path", "tfra"))
+        message = str(InputError(command, "", error.format_message().replace("Value error, ", "")))
     except MemoryError as error:  # NumPy states how much was needed
         line = " ".join(["tfra", *(sys.argv[1:] if arguments is None else arguments)])
         message = str(InputError(shortened(line, 200), "not enough memory", str(error)))
     print_error(message)
     return 2
-
-
-def _command_of(error: typer.TyperException) -> str:
-    return str(getattr(getattr(error, "ctx", None), "command_path", "tfra"))

@@ -1,7 +1,6 @@
 """Names of results: hashes of all that they are made from, the sources of packages included."""
 
 import hashlib
-from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
@@ -16,15 +15,10 @@ def digest(*parts: str) -> str:
     return hashed.hexdigest()[:16]
 
 
-def sources(*packages: ModuleType) -> list[Path]:
-    """Return every file of ``packages`` that determines their output, Verilog and tables included.
+def sources(*packages: ModuleType) -> list[str]:
+    """Return the text of every file of ``packages`` that determines their output, Verilog and tables included.
 
     Temporary files of an editor may be in the folder, and need not be text.
     """
     files = (file for package in packages for file in Path(package.__path__[0]).rglob("*"))
-    return sorted(file for file in files if file.suffix in _SOURCES)
-
-
-def texts(files: Iterable[Path]) -> list[str]:
-    """Return the contents of ``files``."""
-    return [file.read_text() for file in files]
+    return [file.read_text() for file in sorted(files) if file.suffix in _SOURCES]

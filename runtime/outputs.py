@@ -30,7 +30,8 @@ def check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Pat
         raise InputError(path, "", f"the name of the output must end in {suffix}")
     with writing(path), suppress(_Rehearsal):
         target = _real(path)
-        if any(_is_same(target, file) for file in inputs):
+        there = [file for file in inputs if file.exists()] if target.exists() else []
+        if target in map(_real, inputs) or any(map(target.samefile, there)):
             raise InputError(path, "", "is not replaced: this command reads it: choose another place")
         with staged(target, _check(path, file_objection, command)) as new:
             new.touch()
@@ -114,10 +115,6 @@ class _Rehearsal(Exception):
 
 def _real(path: str | Path) -> Path:
     return Path(os.path.realpath(path))
-
-
-def _is_same(target: Path, file: Path) -> bool:
-    return target == _real(file) or (target.exists() and file.exists() and target.samefile(file))
 
 
 def _existing(find: Callable[[], Path]) -> Path | None:

@@ -15,7 +15,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.runtime.digest import digest, sources, texts
+from tfra.runtime.digest import digest, sources
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, beyond, running
 from tfra.runtime.scratch import scratch, writing
@@ -148,14 +148,15 @@ def generated(design: Design, cache: Path) -> Netlist:
     """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
     from tfra import codegen, families, hdl, model, runtime
 
-    key = digest(repr(design), tools.versions(), *texts(sources(codegen, families, hdl, model, runtime)))
+    key = digest(repr(design), tools.versions(), *sources(codegen, families, hdl, model, runtime))
     files = cached(cache / f"core-{design.name}-{key}", lambda: _generate(design))
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
     verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))
     core = microarchitecture(design)
     places = ((probe, f"core.probe_{probe.stage}") for probe in core.probes)
     probes = tuple(Probe(one.stage, place, f"{place}_words", one.words, one.transfers) for one, place in places)
-    return Netlist(design.name, verilog, sidecar, images, tuple(texts(core.cell_models)), probes)
+    models = tuple(file.read_text() for file in core.cell_models)
+    return Netlist(design.name, verilog, sidecar, images, models, probes)
 
 
 def _generate(design: Design) -> Files:
@@ -180,7 +181,7 @@ def _build(netlist: Netlist, simulator: str, cache: Path, waves: bool) -> bytes:
     elif waves:
         compiled["waves.v"] = tools.waves_module(netlist.top)
     action = "build+waves" if waves else "build"
-    key = digest(action, *compiled.values(), tools.versions(), tools.programs(simulator), *texts([_LAUNCHER]))
+    key = digest(action, *compiled.values(), tools.versions(), tools.programs(simulator), _LAUNCHER.read_text())
     place = cache / f"build-{netlist.top}-{simulator}-{key}"
 
     def make() -> Files:

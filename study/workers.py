@@ -17,7 +17,7 @@ from importlib.metadata import version
 from typing import Protocol, TypeVar
 
 from tfra import codegen, families, hdl, model, recordings, runtime, study, synth
-from tfra.runtime.digest import digest, sources, texts
+from tfra.runtime.digest import digest, sources
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
@@ -136,4 +136,4 @@ def _identity() -> tuple[str, str | None]:
 @cache
 def fingerprint() -> str:
     """Version and sources of everything that determines the results."""
-    return digest(version("tfra"), *texts(sources(codegen, families, hdl, model, recordings, runtime, study, synth)))
+    return digest(version("tfra"), *sources(codegen, families, hdl, model, recordings, runtime, study, synth))

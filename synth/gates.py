@@ -15,7 +15,7 @@ from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collis
 from tfra.families import FAMILIES, Family
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
-from tfra.runtime.digest import digest, sources, texts
+from tfra.runtime.digest import digest, sources
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
@@ -36,8 +36,8 @@ def synthesised(design: Design, name: str, cache: Path) -> Netlist:
         raise InputError("netlist", name, f"the design's target is {design.target}")
     family = FAMILIES[name]
     # No probes: synthesis leaves no signal between blocks by its name.
-    models = (cells(family), *texts(cell_models(name, "multiplier", "rom")))
-    made_by = texts(sources(codegen, families, hdl, model, runtime, synth))
+    models = (cells(family), *(file.read_text() for file in cell_models(name, "multiplier", "rom")))
+    made_by = sources(codegen, families, hdl, model, runtime, synth)
     key = digest(repr(design), repr(family.gates), models[0], tools.versions(), *made_by)
     files = cached(cache / f"gates-{design.name}-{name}-{key}", lambda: _synthesise(design, family))
     return Netlist(design.name, files["gates.v"].decode(), sidecar(design), models=models)

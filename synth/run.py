@@ -11,7 +11,7 @@ from tfra.codegen.verilog import wrapper
 from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
 from tfra.families import Target
 from tfra.model.fixed.design import Design
-from tfra.runtime.digest import digest, sources, texts
+from tfra.runtime.digest import digest, sources
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import cached_step
 from tfra.synth.estimate import Estimate, estimate, misfits
@@ -101,7 +101,7 @@ class Run:
         """Run yosys; returns the key of its netlist."""
         text, family = netlist(self.design, self.target, package=self.package), self.target.family
         programs = map(repr, (versions(family), options(family)))
-        key = digest(text, repr(self.target), *programs, *texts(sources(families, synth)))
+        key = digest(text, repr(self.target), *programs, *sources(families, synth))
 
         def step() -> dict[str, Any]:
             return asdict(synthesise(text, top_name(self.design, package=self.package), self.target, fresh))

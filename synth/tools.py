@@ -49,7 +49,8 @@ def versions(family: Family) -> dict[str, str]:
     found = {}
     for program in programs(family):
         if native := _native(program):
-            found[program.removeprefix("yowasp-")] = _native_version(native)
+            number = re.search(r"Version ([\w.+-]+)", _answer(native, "--version"))
+            found[program.removeprefix("yowasp-")] = number[1] if number else "unknown"
         elif (entry := _entry(program)) and entry.dist:
             found[entry.dist.name] = entry.dist.version
     return found
@@ -64,11 +65,6 @@ def has(program: str, option: str) -> bool:
     """Whether a native program replaces ``program`` and supports ``option``."""
     native = _native(program)
     return bool(native) and option in _answer(native, "--help").split()
-
-
-def _native_version(path: str) -> str:
-    number = re.search(r"Version ([\w.+-]+)", _answer(path, "--version"))
-    return number[1] if number else "unknown"
 
 
 def _answer(path: str, option: str) -> str:

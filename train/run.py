@@ -25,7 +25,7 @@ from tfra.model.learned.network import Network
 from tfra.model.metrics import errors
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import direction_deg, friction
-from tfra.runtime.digest import digest, sources, texts
+from tfra.runtime.digest import digest, sources
 from tfra.runtime.store import Store, work_folder
 from tfra.train import augment, pool, prior
 from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer
@@ -136,7 +136,7 @@ def _save(store: Store, name: str, steps: int, state: State) -> None:
 @cache
 def fingerprint() -> str:
     """Version and sources of everything that determines the weights."""
-    return digest(version("tfra"), *texts(sources(codegen, model, runtime, train)))
+    return digest(version("tfra"), *sources(codegen, model, runtime, train))
 
 
 def training_facts(budget: Budget, steps: int) -> dict[str, JsonValue]:

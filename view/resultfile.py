@@ -72,7 +72,9 @@ def read_all(paths: Sequence[Path]) -> tuple[list[Recorded], list[References]]:
         )
     first = results[0]
     for path, other in zip([path for path in paths if kinds[path] is Recorded], results, strict=True):
-        _require_same_sensor(path, other.design.sensor, first.design.sensor, first.name)
+        if (sensor := other.design.sensor) != (needed := first.design.sensor):
+            reason = f"is of another sensor ({describe(sensor)}) than {first.name} ({describe(needed)})"
+            raise InputError(path, "config", reason)
         _require_as_many(path, len(other.stress), first)
     return results, [_references(path, first) for path, kind in kinds.items() if kind is References]
 
@@ -87,11 +89,6 @@ def _kind(path: Path) -> type[Recorded] | type[References]:
             raise InputError(path, "", f"frames without reference values: one of {', '.join(REFERENCES)} is needed")
         have = shortened(", ".join(found.keys), 120) or "none"
         raise InputError(path, "forces", f"is no result of tfra estimate: the key is missing, the file has: {have}")
-
-
-def _require_same_sensor(path: Path, sensor: SensorArray, needed: SensorArray, name: str) -> None:
-    if sensor != needed:
-        raise InputError(path, "config", f"is of another sensor ({describe(sensor)}) than {name} ({describe(needed)})")
 
 
 def _require_as_many(path: Path, count: int, first: Recorded) -> None:

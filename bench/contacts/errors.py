@@ -83,20 +83,17 @@ def publish_truth(friction: dict[str, Any]) -> None:
 def truth_table(friction: dict[str, Any]) -> str:
     """Markdown with a column for each true friction: the estimate, its error, and frames without one."""
     flagged = (f"{row['flagged'] / row['frames']:.0%}" for row in friction.values())
+    percentiles = (row["mu_found"] for row in friction.values())
+    found = ("–" if each is None else "{1:.2f} ({0:.2f}–{2:.2f})".format(*each) for each in percentiles)
     lines = {
         "true μ": friction,
-        "μ found, median (5–95 %)": map(_found, friction.values()),
+        "μ found, median (5–95 %)": found,
         "φ off, median, in degrees": map(_phi, friction.values()),
         "force found over true modulus, median": (f"{row['modulus']:.2f}" for row in friction.values()),
         "frames with a status bit, nearly all `COMPRESSION_ONLY`": flagged,
     }
     head, *rest = (f"| {name} | {' | '.join(cells)} |" for name, cells in lines.items())
     return "\n".join([head, "|---|" + "---:|" * len(friction), *rest])
-
-
-def _found(row: dict[str, Any]) -> str:
-    percentiles = row["mu_found"]
-    return "–" if percentiles is None else "{1:.2f} ({0:.2f}–{2:.2f})".format(*percentiles)
 
 
 def _phi(row: dict[str, Any]) -> str:

@@ -8,7 +8,6 @@ import argparse
 import shutil
 import subprocess
 import sys
-from typing import Any
 
 import polars as pl
 
@@ -51,7 +50,7 @@ def cascade(out: str) -> str:
     for label, step, view in rows:
         cells = []
         for quantity in HEADLINE:
-            row = found.row(by_predicate=_is(quantity=quantity, step=step, view=view), named=True)
+            row = found.filter(quantity=str(quantity), step=str(step), view=str(view)).row(0, named=True)
             cells.append(f"{number(row['median'])} / {number(row['p95'])}")
         lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
@@ -60,10 +59,6 @@ def cascade(out: str) -> str:
 def _kind(quantity: str) -> str:
     kind = QUANTITIES[quantity]
     return f"{kind.label}, {kind.unit}: median / 95th percentile".replace("|", "\\|")
-
-
-def _is(**wanted: Any) -> pl.Expr:
-    return pl.all_horizontal(*(pl.col(name) == str(value) for name, value in wanted.items()))
 
 
 def uniform(out: str) -> str:

@@ -65,7 +65,8 @@ def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
         near = lane_sites.get(lane_of(name), free[0])
         sites[name] = min(free, key=lambda site: abs(site[0] - near[0]) + abs(site[1] - near[1]))
         free.remove(sites[name])
-    others = sorted(set(memories) - set(coefficients), key=lambda name: (_rank(name), name))
+    rank = {block: number for number, block in enumerate(_ORDER)}
+    others = sorted(set(memories) - set(coefficients), key=lambda name: (rank.get(block_of(name), len(rank)), name))
     sites |= zip(others, _evenly(free, len(others)), strict=True)
     return {name: f"X{column}/Y{row}/{bel}" for name, (column, row, bel) in sites.items()}
 
@@ -81,8 +82,3 @@ def _line(groups: Sequence[int], rows: Sequence[int], sites: Mapping[int, str]) 
 
 def _evenly(line: Sequence[Site], count: int) -> list[Site]:
     return [line[(2 * place + 1) * len(line) // (2 * count)] for place in range(count)]
-
-
-def _rank(name: str) -> int:
-    block = block_of(name)
-    return _ORDER.index(block) if block in _ORDER else len(_ORDER)

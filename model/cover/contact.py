@@ -158,10 +158,6 @@ def _jinc(s: Floats) -> Floats:
     return np.asarray(np.where(small, 1.0, 2.0 * special.j1(safe) / safe))
 
 
-def _hertz_density(u: Floats, v: Floats) -> Floats:
-    return np.asarray(1.5 / np.pi * np.sqrt(np.maximum(0.0, 1.0 - u * u - v * v)))
-
-
 def _hertz_integral(u: Floats, v: Floats) -> Floats:
     """The volume under the hemisphere, cut by two planes, in closed form; |u|, |v| <= 1.
 
@@ -189,7 +185,9 @@ class _Profile(NamedTuple):
 
 
 _PROFILES = {
-    ContactShape.HERTZ: _Profile(_hertz_transform, _hertz_density, _hertz_integral),
+    ContactShape.HERTZ: _Profile(
+        _hertz_transform, lambda u, v: 1.5 / np.pi * np.sqrt(np.maximum(0.0, 1.0 - u * u - v * v)), _hertz_integral
+    ),
     ContactShape.UNIFORM: _Profile.product(
         lambda s: np.sinc(s / np.pi), lambda u: np.where(np.abs(u) <= 1.0, 0.5, 0.0), lambda u: 0.5 * u
     ),

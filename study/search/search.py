@@ -74,7 +74,9 @@ class Search:
                 known[trial.number] = trial
                 yield trial
             if generation == 0:
-                _require_one([known[trial.number] for trial in chosen])
+                first = [known[trial.number] for trial in chosen]
+                if all(trial.state == UNFIT for trial in first):  # then more points would not fit together, either
+                    raise EmptySpaceError(f"none of {len(first)} points fits together; of the last, {first[-1].reason}")
 
     def _choose(self, generation: int, before: Sequence[Trial]) -> list[Trial]:
         """The points of a generation, not measured yet."""
@@ -135,12 +137,6 @@ def _store(same: Sequence[Trial], measured: Measured | Trial, trials: Trials, se
 
 class EmptySpaceError(ValueError):
     """No point of a space that was tried fits together."""
-
-
-def _require_one(trials: Sequence[Trial]) -> None:
-    """Raise if no point fits together, since more points would not, either."""
-    if all(trial.state == UNFIT for trial in trials):
-        raise EmptySpaceError(f"none of {len(trials)} points fits together; of the last, {trials[-1].reason}")
 
 
 def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:

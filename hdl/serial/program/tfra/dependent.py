@@ -16,7 +16,7 @@ def sums(w: TfraWriter) -> None:
     """
     a, start = w.assembler, w.map.sums_n
     for number, parity in ((0, OX), (0, OY), (2, EE)):
-        a.move(R0, _sum_of_b(w, parity))
+        a.move(R0, mem(w.map.sums_b + parity * padded(w.design, "sums_b")))
         a.add(_sum_of_n(w, number, parity), R0, _sum_of_n(w, number, parity))
     count = 4 * padded(w.design, "sums_n")
     w.points(p0=start)
@@ -91,10 +91,6 @@ def sum_words(w: TfraWriter, axis: str) -> tuple[Operand, Operand, Operand]:
     }
     first, second, third = (_sum_of_n(w, *place) for place in sources[axis])
     return first, second, third
-
-
-def _sum_of_b(w: TfraWriter, parity: int) -> Operand:
-    return mem(w.map.sums_b + parity * padded(w.design, "sums_b"))
 
 
 def _sum_of_n(w: TfraWriter, number: int, parity: int) -> Operand:
