@@ -63,7 +63,7 @@ class Repair(wiring.Component):
         target = Signal.like(self.term.target, reset_less=True)
         pending = Signal(FETCH + Codes.latency)  # bit k: a sum ended k + 1 cycles ago, and its code is not written
         m.d.comb += [
-            more.eq(self.active & (number != self.repair_words)),
+            more.eq(self.active & (number < self.repair_words)),
             empty.eq(~(more | fetched | valid)),
             end.eq(empty | entry.header),
             issue.eq((valid | (empty & opened)) & ~self.blocked & ~pending.any()),

@@ -68,6 +68,16 @@ class Session:
 
         self._steps.append(step)
 
+    def change(self, cycles: int, **settings: int) -> None:
+        """Write settings after so many ``cycles``, whatever the unit does then."""
+
+        async def step(ctx: Any) -> None:
+            await ctx.tick().repeat(cycles)
+            for name, value in settings.items():
+                ctx.set(getattr(self.unit.settings, name), value)
+
+        self._steps.append(step)
+
     async def _write(self, ctx: Any, kind: int, place: int, words: Any) -> None:
         bus = self.unit.tables
         ctx.set(bus.kind, kind)

@@ -261,6 +261,23 @@ def test_late_frames_are_dropped_whole_or_wait():
         assert (seen.taken[-1] < 100) == bool(drop)
 
 
+@pytest.mark.parametrize("cycles", [12, 24, 50])
+def test_repairs_end_when_fewer_words_are_used_in_mid_frame(cycles):
+    design = make()
+    words = [HEADER | 1 << PLACE, *[2 << PLACE | 7] * 39]
+    unit = FrontEnd(design)
+    session = Session(unit)
+    session.set(Settings(14), Tables(np.zeros(6, np.int64), np.full(6, 32768), np.array(words)))
+    session.frames(*numbered(1))
+    session.change(cycles, repair_words=3)
+    session.check("busy", 0)
+    session.frames(*numbered(1))
+    seen = session.play()
+    late = np.array(seen.given[::6]) - seen.taken[5::6]
+    assert late[0] <= unit.latency + Repair.cycles(len(words), 1)
+    assert late[1] == unit.latency + Repair.cycles(3, 1)
+
+
 @pytest.mark.parametrize("stall", [flowing, random_stalls])
 def test_taxels_that_can_not_wait_go_before_repairs(stall):
     """A frame comes while the one before is being repaired: neither waits for the other's products for long."""
