@@ -27,7 +27,7 @@ _FILES = (
     ("{name}.json", "the same facts for programs"),
     (LOADED, "coefficients, loaded after every reset"),
     ("{name}.core", "FuseSoC: targets sim, lint and synth"),
-    ("testbench/{name}_tb.v", "checks every result word of the core in any simulator, needs no other file"),
+    ("testbench/{name}_tb.v", "checks every result word of the core in any simulator: its head has a command"),
     ("core.schema.json", "JSON Schema of {name}.json: what each of its keys means"),
     ("driver/tfra_driver.h", "driver in C99: all its functions; example.c shows how to use them"),
     ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
@@ -35,7 +35,7 @@ _FILES = (
     ("registers/tfra.html", "registers, one by one"),
     ("registers/tfra.xml", "registers in IP-XACT"),
     ("constraints/{name}.sdc", "the clock, for tools that read SDC"),
-    ("vivado/package_ip.tcl", "makes an IP core for Vivado's catalogue"),
+    ("vivado/package_ip.tcl", "IP core for Vivado's catalogue: `vivado -mode batch -source vivado/package_ip.tcl`"),
     ("vivado/{name}_axi.xdc", "the clock, for Vivado"),
     ("litex/{name}.py", "a module for LiteX"),
     ("boards/{board}/build.sh", "bitstream for the board {board}: the core behind its serial line"),
@@ -49,7 +49,9 @@ def constraints(contents: Contents) -> dict[str, str]:
 
 
 def vivado(contents: Contents) -> dict[str, str]:
-    """A script that packages the wrapper as an IP core, and its constraints."""
+    """A script that packages the wrapper as an IP core, and its constraints; none for the cells of other families."""
+    if _project(contents.design)[0] != "vivado":
+        return {}
     script = contents.fill(
         "package_ip.tcl",
         description=f"Computes {contents.facts['computes']}".replace('"', "'"),
@@ -83,9 +85,8 @@ def litex(contents: Contents) -> dict[str, str]:
 
 def fusesoc(contents: Contents) -> dict[str, str]:
     """The package in CAPI2, with targets ``default``, ``sim`` (Icarus), ``lint`` (Verilator) and ``synth``."""
-    family = FAMILIES.get(contents.design.target)
-    flow, options = (family or xilinx.FAMILY).project
-    if family:
+    flow, options = _project(contents.design)
+    if contents.design.target in FAMILIES:
         options = {**options, "nextpnr_options": [*contents.part.target.device]}
     rtl = [*contents.rtl, *(f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images)]
     text = contents.fill(
@@ -97,6 +98,11 @@ def fusesoc(contents: Contents) -> dict[str, str]:
         options=json.dumps(options),
     )
     return {f"{contents.name}.core": text}
+
+
+def _project(design: Design) -> tuple[str, Mapping[str, Any]]:
+    """FuseSoC's flow for the design's cells, and its options; Vivado's for a portable one."""
+    return FAMILIES.get(design.target, xilinx.FAMILY).project
 
 
 def _listed(names: Iterable[str]) -> str:

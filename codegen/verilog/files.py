@@ -17,7 +17,7 @@ def files(design: Design) -> dict[str, str]:
     ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
     files beside it, which the sidecar lists; tools search for these in their working directory.
     ``coefficients/load.hex`` has the words for a core that is loaded after a reset.  ``testbench/NAME_tb.v`` checks
-    itself in any Verilog simulator, in any directory.
+    itself in any Verilog simulator, in any directory; with it are models of the device's cells that the core has.
 
     Raises ``ValueError`` for formats that can overflow or a serial core that is too large.
     """
@@ -30,6 +30,7 @@ def files(design: Design) -> dict[str, str]:
         f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
         f"testbench/{design.name}_tb.v": testbench(design, facts),
     }
+    texts |= {f"testbench/{file.name}": file.read_text() for file in core.cell_models}
     texts |= {image.file: hex_words(image.words, image.bits) for image in images}
     if core.loaded is not None:
         texts[LOADED] = hex_words(core.loaded, design.coefficient_word)

@@ -84,4 +84,4 @@ def _files(facts: dict[str, Any], cells: Sequence[str]) -> Iterator[str]:
     if facts["images"]:
         yield "*.hex: initial contents of memories, searched for in the tool's working directory"
     if cells:
-        yield from wrapped(f"models of {', '.join(cells)}: from the vendor, or from tfra's hdl/primitives/models", 2)
+        yield f"testbench: models of {', '.join(cells)} for simulators and linters"

@@ -42,7 +42,6 @@ def testbench(design: Design, facts: dict[str, Any]) -> str:
     words = design.model(codes).words
     values = {
         "name": design.name,
-        "cells": "".join(f" {file.name}" for file in core.cell_models),
         "frames": len(codes),
         "words": words.size,
         "frame": design.frame_words,

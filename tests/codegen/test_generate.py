@@ -179,8 +179,10 @@ def test_linters_find_what_is_planted(rule, core, tmp_path):
 
 
 def run_testbench(directory, name, elsewhere=None):
-    """What the generated testbench says in Icarus; it runs in the folder ``elsewhere``, which has nothing else."""
-    compile_ = ["iverilog", "-g2012", "-Wall", "-Wno-timescale", "-o", "tb", f"{name}.v", f"testbench/{name}_tb.v"]
+    """What the generated testbench says by the command in its head; it runs in the empty folder ``elsewhere``."""
+    text = (directory / f"testbench/{name}_tb.v").read_text()
+    (command,) = re.findall(r"^// (iverilog .*) && vvp -n tb$", text, re.M)
+    compile_ = [*command.split(), "-Wall", "-Wno-timescale"]
     done = subprocess.run(compile_, cwd=directory, capture_output=True, text=True, check=True)
     assert done.stderr == ""
     command = ["vvp", "-n", str(directory / "tb")]
@@ -208,6 +210,17 @@ def test_the_testbench_passes(core, tmp_path):
     output = run_testbench(tmp_path / "core", design.name, tmp_path / "empty" if embedded else None)
     frames = len(directed_codes(design)[::3]) + CONTACTS
     assert f"PASSED: {frames * design.frame_words} words compared, 0 differ" in output
+
+
+@pytest.mark.parametrize(("name", "target"), [("serial", "ice40"), *long(("even", "ecp5"))])
+def test_models_of_cells_are_beside_the_testbench(name, target, tmp_path):
+    design = replace(DESIGNS[name], target=target)
+    with few_frames():
+        generate(design, tmp_path / "core")
+    models = {file.name for file in microarchitecture(design).cell_models}
+    assert models
+    assert {file.name for file in (tmp_path / "core" / "testbench").iterdir()} == {f"{name}_tb.v", *models}
+    assert "0 differ" in run_testbench(tmp_path / "core", name)
 
 
 @pytest.mark.parametrize("core", ["serial", *long("files", "even", "odd", "loaded", "narrow")], indirect=True)

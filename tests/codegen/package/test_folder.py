@@ -156,9 +156,14 @@ def run(target: str, name: str, package: Path, folder: Path, *options: str) -> s
 
 
 def test_the_family_chooses_the_tool_and_its_options() -> None:
+    """No script for Vivado, which does not know the family's cells."""
     design = replace(PARALLEL, target="ecp5")
-    (text,) = fusesoc(Contents(design, sidecar(design) | {"images": []}, {}, PART)).values()
+    contents = Contents(design, sidecar(design) | {"images": []}, {}, PART)
+    (text,) = fusesoc(contents).values()
     assert '"nextpnr_options": ["--25k"' in text
+    assert "toplevel: lanes_axi" in text
+    assert "description: Synthesis of lanes_axi" in text
+    assert vivado(contents) == {}
 
 
 @pytest.mark.parametrize("target", [*long("sim"), "lint"])
