@@ -27,6 +27,15 @@ static void check(const char *what, tfra_error_t error)
     }
 }
 
+/** Words of offset binary are unsigned; after a reset they are two's complement. */
+static tfra_error_t set_words(tfra_device_t *device, bool is_unsigned)
+{
+    tfra_front_end_t settings;
+    const tfra_error_t error = tfra_get_front_end(device, &settings);
+    settings.is_unsigned = is_unsigned;
+    return error != TFRA_OK ? error : tfra_set_front_end(device, &settings);
+}
+
 int main(void)
 {
     static uint32_t beats[MOST_BEATS];
@@ -37,6 +46,7 @@ int main(void)
 
     check("open", tfra_open(&device, &bus, config));
     check("load", tfra_load(&device, NAME_coefficients, config->load_words));
+    check("front end", set_words(&device, false)); /* true: offset binary */
     check("tare", tfra_tare(&device, 3)); /* nothing may touch the sensor now */
     check("tare", tfra_wait_tare(&device, POLLS));
     for (int number = 0; number < 10; number++) {

@@ -8,7 +8,7 @@ import json
 import sys
 from pathlib import Path
 
-from tfra_host import Core, Mapped, frame_bytes, parse_frame, read_coefficients
+from tfra_host import Core, FrontEnd, Mapped, frame_bytes, parse_frame, read_coefficients
 
 SIDECAR = Path(__file__).resolve().parents[1] / "NAME.json"
 
@@ -18,6 +18,7 @@ def main(registers: str, frames: str) -> None:
     core = Core(Mapped(registers), facts)
     if "load" in facts:
         core.load(read_coefficients(SIDECAR.parent / facts["load"]["file"], facts))
+    core.set_front_end(FrontEnd(facts["adc"]["bits"], is_unsigned=False))  # True: offset binary
     core.tare(log2_frames=3)  # nothing may touch the sensor now
     core.wait_tare()
     with open(frames, "rb") as source:

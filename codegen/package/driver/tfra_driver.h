@@ -176,7 +176,7 @@ tfra_error_t tfra_acknowledge_interrupts(tfra_device_t *device, uint32_t events)
 typedef struct {
     uint32_t sequence;     /**< Frames that arrived before it, modulo 65536; a gap means dropped frames. */
     uint32_t user;         /**< Number that came with the frame. */
-    uint32_t faults;       /**< At the places of TFRA__ERRORS__..._bm. */
+    uint32_t faults;       /**< At the places of TFRA__ERRORS__..._bm; saturation is that of taxels, of results see status. */
     uint32_t frame;        /**< Number of the result, modulo 65536. */
     uint32_t exponent, sweep_index, phi;
     int32_t mu, mu_x, mu_y;

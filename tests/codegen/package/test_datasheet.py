@@ -52,6 +52,7 @@ def test_every_beat_has_its_bits(sheet: tuple[Design, str]) -> None:
     for row, field in zip(words, design.layout, strict=True):
         assert row[1].startswith(f"{field.bits - 1}:0, {'sign' if field.signed else 'zeros'}")
         assert float(row[4].split()[0]) == pytest.approx(field.lsb, rel=1e-5)
+    assert "its bit 2 is about taxels alone" in page
     header = "15:0 sequence 31:16 user 2 saturation 5 sequence_gap 7 simulated 8 out_of_range 9 stuck 31:24 format"
     assert [cell for row in rows if row[0] in "01" for cell in row[1:3]] == header.split()
     assert f"A frame has {2 + design.frame_words} beats" in page
@@ -90,6 +91,13 @@ def test_loads_are_told_with_their_checksum(sheet: tuple[Design, str]) -> None:
     crc = zlib.crc32(np.asarray(words, dtype="<i4").tobytes())
     assert page.count(f"0x{crc:08X}") == 2
     assert f"{len(words):,} words" in page
+
+
+def test_the_coding_of_words_is_told(sheet: tuple[Design, str]) -> None:
+    """Of offset binary, too, which is not that after a reset."""
+    (field,) = (field for field in registers_of(sheet[0])["FRONT_END"].fields if field.name == "is_unsigned")
+    assert field.reset == 0
+    assert "of offset binary needs is_unsigned = 1" in sheet[1].replace("\n", " ")
 
 
 def test_accuracy_is_that_of_the_model() -> None:

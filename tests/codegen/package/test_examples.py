@@ -70,6 +70,7 @@ def test_the_example_in_python(tmp_path: Path, images: str) -> None:
     assert done.stdout.splitlines() == [f"{line}no faults" for line in lines]
     words = struct.unpack("<1024I", (tmp_path / "registers.bin").read_bytes())
     assert words[0xA4 // 4] == 3
+    assert words[0xA0 // 4] == DESIGN.adc.bits
     assert words[0x40 // 4] == 0b1000
 
 

@@ -13,6 +13,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Architecture, Bus, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Status
 from tfra.sim.harness import play
 
 
@@ -213,6 +214,22 @@ def test_stale_simulated_and_interrupts() -> None:
 
     bench.run(host)
     assert bench.back == [(0, bench.answer(7, n, flags=(n == 1) << 7)) for n in range(3)]
+
+
+def test_a_limited_result_is_in_the_status_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not in the frame's faults, which leave before."""
+    monkeypatch.setattr("tests.hdl.ip.harness.STATUS", int(Status.OUTPUT_SATURATED))
+    bench = Bench(design())
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed(FRAME, 1))
+        await bench.settle(ctx)
+        assert (await bench.read(ctx, "ERRORS"))["saturation"] == 1
+        assert (await bench.read(ctx, "FRAMES_SATURATED"))["count"] == 1
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7, 0, flags=0))]
 
 
 def test_calibration() -> None:
