@@ -18,7 +18,6 @@ PATIENCE = 2.0
 INTERVAL = 30.0
 """Seconds between progress lines without a terminal."""
 
-
 Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Describes sensor, core and contacts in TOML.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only a summary in JSON.")]
 

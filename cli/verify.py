@@ -46,7 +46,6 @@ NetlistOption = Annotated[
 ]
 Random = Annotated[int, typer.Option(min=0, max=100_000, help="Number of random frames to add.")]
 
-
 Waves = Annotated[
     Path | None,
     typer.Option(

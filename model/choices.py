@@ -162,7 +162,6 @@ KINDS = ("parallel", "serial")
 TARGETS = ("portable", *(name for name, family in FAMILIES.items() if family.gateware))
 """Device families whose cells a core may be made of; ``"portable"`` is Verilog without instances, for any of them."""
 
-
 VECTOR_WORDS = (1, 2, 4)
 """Words of a vector that may move in a cycle: the divisors of a quad."""
 

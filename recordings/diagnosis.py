@@ -47,12 +47,10 @@ STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
 """A taxel is stuck if it has one value in at least the first number of frames, while the load changes by the second
 share of the largest, and its value is above the third share of the recording's largest magnitude."""
 
-
 QUIET, STEADY, EVEN, NOTICEABLE, AT_REST = 0.1, 3.0, (0.2, 0.8), 0.003, 0.2
 """Every taxel has an offset of its own if the mean of the quietest frames, this share of all, is so many times the
 deviation from it, has tension in a share that no contact shows (0.09 at most), and is over the first and under the
 second share of the largest magnitude."""
-
 
 _OFFSET = "--unit codes --coding offset"
 

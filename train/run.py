@@ -40,7 +40,6 @@ SAVE_EVERY = 5.0
 TRIED = 100
 """Steps that are measured to make steps of minutes."""
 
-
 NOISES = (0.0, 1e-3, 1e-2)
 """Standard deviations of the noise over each frame's peak."""
 

@@ -31,7 +31,6 @@ _WAITING = 64
 _PERIOD = 0.01
 """Seconds between two pieces; screens are not faster."""
 
-
 _MESSAGES = {
     "waiting": "Waiting for the first frame of {source}.",
     "running": "Receiving frames from {source}.",
@@ -40,7 +39,6 @@ _MESSAGES = {
     "broken": "{source} broke: {reason}.",
 }
 """What a page says of the source, by its state."""
-
 
 Arrival = tuple[int, float, Floats]
 """The number of a frame, its time of arrival in s since 1970, and the frame ``(rows, columns)`` in Pa."""

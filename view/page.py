@@ -29,7 +29,6 @@ TITLE = "Contact forces"
 
 LIVE_TITLE = "Contact forces, live"
 
-
 _DRAWING = ("data.js", "map.js", "surface.js", "charts.js", "page.js")
 """Scripts that draw any page and handle its controls."""
 

@@ -184,20 +184,13 @@ class Instruction:
 
     def waits_for(self, other: "Instruction", distance: int) -> bool:
         """Whether this one comes too early, ``distance`` instructions after ``other``."""
-        return (
-            (distance < STORED and self._reads_word_of(other))
-            or (distance < SETTLE and self._reads_pointer_or_quotient_of(other))
-            or (distance == 1 and self._reads_late_result_of(other))
-        )
-
-    def _reads_word_of(self, other: "Instruction") -> bool:
-        """The same memory word; words at pointers are known at run time only, where the interpreter looks at them."""
-        fixed = self.pointer == other.pointer == NO_POINTER and self.immediate == other.immediate
-        return fixed and self.source == Src.M and other.written == Dest.M
-
-    def _reads_pointer_or_quotient_of(self, other: "Instruction") -> bool:
+        # Words at pointers are known at run time only, where the interpreter looks at them.
+        same_word = self.pointer == other.pointer == NO_POINTER and self.immediate == other.immediate
+        reads_word = same_word and self.source == Src.M and other.written == Dest.M
         uses_pointer = other.dest == Dest.P and other.pointer == self.pointer and self.dest != Dest.P
-        return uses_pointer or (other.op == Op.DIV and self.source == Src.K)
+        uses_quotient = other.op == Op.DIV and self.source == Src.K
+        early = (distance < STORED and reads_word) or (distance < SETTLE and (uses_pointer or uses_quotient))
+        return early or (distance == 1 and self._reads_late_result_of(other))
 
     def _reads_late_result_of(self, other: "Instruction") -> bool:
         """Whether ``other``'s result is on its way, past the operands that the next instruction has fetched."""

@@ -21,7 +21,6 @@ _ARRAY, _IMAGE = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/Image"
 
 _NEEDED = "Float32MultiArray or Image 32FC1"
 
-
 _Message = tuple[str, str, int, bytes]
 """The topic, the kind, the time of the log in ns, and the data."""
 

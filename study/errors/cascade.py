@@ -67,7 +67,6 @@ The last two are lengths of differences: of the resultants over |F|, and of the 
 their true lengths.
 """
 
-
 Estimate = Result | Block
 """A result, or the truth."""
 

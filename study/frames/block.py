@@ -14,7 +14,6 @@ from tfra.model.arrays import Floats, Singles
 BLOCK = 1024
 """Frames of a block; the last one of a part may have fewer."""
 
-
 _ARRAYS = {"stress": "stress_pa", "noisy": "noisy_stress_pa", "shares": "share_of_force"}
 """Columns of the arrays, each row a frame's taxels, row by row."""
 

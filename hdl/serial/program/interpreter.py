@@ -20,7 +20,6 @@ _SUMS: dict[Op, Callable[[int, int], int]] = {
 }
 """Operations whose result follows from both operands."""
 
-
 _SOURCES: dict[int, Callable[["Interpreter", Instruction], int]] = {
     Src.FLOOR: lambda machine, _: machine.t >> 1,
     Src.IMM: lambda _, i: wrap(i.immediate, isa.ADDRESS_BITS),
@@ -169,7 +168,7 @@ class Interpreter:
         self.before = self.pc
         address = self._address(i)
         source = self._source(i, address, taxels)
-        if not self._acts(i):
+        if i.when and self.flags[i.when >> 1 == 2] == bool(i.when & 1):  # bit 0 negates, the others name the flag
             return address, None
         if i.op in (Op.SHIFT, Op.LENGTH):
             self.t, self.k = 2 * source.bit_length() - (source > 0) if i.op == Op.LENGTH else self._shifted(source), 0
@@ -182,10 +181,6 @@ class Interpreter:
             return address, None
         result = self._result(i, self._left(i), source)
         return address, None if result is None else self._deliver(i, address, result)
-
-    def _acts(self, i: Instruction) -> bool:
-        """Whether the condition holds: bit 0 of ``when`` negates, the others name the flag."""
-        return not i.when or self.flags[i.when >> 1 == 2] != bool(i.when & 1)
 
     def _multiply(self, source: int) -> None:
         bits = self.sizes.multiplicand

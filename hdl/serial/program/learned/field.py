@@ -11,14 +11,18 @@ from tfra.model.learned.field import MOST_FRICTION
 
 def shear(w: LearnedWriter) -> None:
     """The first pass, and its products: -K b + mu_x K G_x p0 + mu_y K G_y p0, folded, in place of -K b."""
-    memory, bits = w.map, w.at("bits", 4)
+    a, memory, bits = w.assembler, w.map, w.at("bits", 4)
     activation(w, memory.still, w.quads)
     operand(w, memory.vector, w.quads, memory.operand, bits)
     for name, result in (("shear_x", memory.vector), ("shear_y", memory.sheared)):
         multiply(w, name, result)
     for name, result in (("mu_x", memory.vector), ("mu_y", memory.sheared)):
         operand(w, result, w.quads, memory.operand, bits)
-        _bounded(w, name)
+        a.move(R1, w.at(name))
+        a.op(Op.ABS, R0, ZERO, w.at(name))
+        w.least(R0, int(MOST_FRICTION * 2**w.fraction))
+        w.take_sign(R0, R1)
+        a.move(Dest.Y, R0)
         combine(w, memory.still, memory.operand, bits)
 
 
@@ -28,13 +32,3 @@ def unfold(w: LearnedWriter) -> None:
         butterfly(w, quad(w.map.still, w.quads, 4), QUAD)
         for word, place in zip(QUAD, mirrors(), strict=True):
             w.assembler.op(Op.PLUS, place, ZERO, word)
-
-
-def _bounded(w: LearnedWriter, name: str) -> None:
-    """Y = the scalar ``name``, limited to the friction that the field may have; changes R0, R1 and F0."""
-    a, most = w.assembler, int(MOST_FRICTION * 2**w.fraction)
-    a.move(R1, w.at(name))
-    a.op(Op.ABS, R0, ZERO, w.at(name))
-    w.least(R0, most)
-    w.take_sign(R0, R1)
-    a.move(Dest.Y, R0)

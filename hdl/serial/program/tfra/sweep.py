@@ -134,8 +134,14 @@ def _enter_taxel(w: TfraWriter) -> None:
     taxel is fetched while the last pointer settles.
     """
     a, (_, _, xy_height, xy_slope) = w.assembler, w.map.tables
-    with a.deferred() as dividend_of_xy:
-        _dividend_of_xy(w)
+    with a.deferred() as dividend_of_xy:  # R5 = S - x, R4 = the dividend for the term of B^xy
+        a.add(R4, R4, R4)
+        a.add(R4, R4, R4)
+        a.sub(R5, R4, R3)
+        a.move(R4, R5)
+        a.sub(R4, ZERO, R5, When.F0)
+        a.add(R4, R4, R2)
+        a.add(R4, R4, imm(-1), When.NOT_F0)
     with a.deferred() as entry_of_z:
         _entry_of_z(w)
     a.add(R0, R2, R3, When.F0)
@@ -150,18 +156,6 @@ def _enter_taxel(w: TfraWriter) -> None:
     _fetch_taxel(w)
     a.add(mem(xy_slope, 1), R2, mem(xy_slope, 1))
     a.add(mem(xy_height, 1), R4, mem(xy_height, 1))
-
-
-def _dividend_of_xy(w: TfraWriter) -> None:
-    """R5 = S - x, R4 = the dividend for the term of B^xy."""
-    a = w.assembler
-    a.add(R4, R4, R4)
-    a.add(R4, R4, R4)
-    a.sub(R5, R4, R3)
-    a.move(R4, R5)
-    a.sub(R4, ZERO, R5, When.F0)
-    a.add(R4, R4, R2)
-    a.add(R4, R4, imm(-1), When.NOT_F0)
 
 
 def _entry_of_z(w: TfraWriter) -> None:
