@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from tfra.codegen.package.contents import Contents, Part, template
+from tfra.codegen.package.contents import Contents, template
 from tfra.codegen.registers.files import register_table
 from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.sidecar.schema import Port
-from tfra.codegen.verilog.wrapper import ports_of, wrapper
+from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
+from tfra.hdl.ip.wrapper import latencies
 from tfra.hdl.uart.bridge import WORD_BYTES
 from tfra.model.cover.scenes import known_contacts
 from tfra.model.fixed.design import Design
@@ -60,29 +61,21 @@ def _word(field: Field, facts: dict[str, Any]) -> tuple[str, ...]:
     return beats, bits, field.name, facts["format"], f"{field.lsb:.6g}{unit}", facts["meaning"]
 
 
-def _status_bits(design: Design) -> Table:
-    rows = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in design.status_bits]
-    return Table("Status", ("bit", "name", "meaning"), rows, (0, 1, 2))
-
-
 def _cycles(contents: Contents) -> Table:
     """Latency and interval, in cycles and µs at the part's clock."""
-    facts, part = contents.facts, contents.part
-    latency, added = facts["latency_cycles"], wrapper(contents.design).latency
+    core, part = contents.core, contents.part
+    first, last, most_first, most_last = latencies(core)
     numbers = {
-        "from s_axis_tlast to the first result word on m_axis, which is its beat 2": latency["first_word"] + added,
-        "from s_axis_tlast to m_axis_tlast": latency["last_word"] + added,
-        "from the core's last taxel to its first result word": latency["first_word"],
-        "from the core's last taxel to its last result word": latency["last_word"],
-        "from frame to frame, back to back": facts["interval_cycles"],
+        "from s_axis_tlast to the first result word on m_axis, which is its beat 2": first,
+        "from s_axis_tlast to m_axis_tlast": last,
+        "the first of these at most, frames back to back": most_first,
+        "the second of these at most, frames back to back": most_last,
+        "from frame to frame, back to back, on average": core.initiation_interval,
+        "core alone: from its last taxel to its first result word": core.latency,
+        "core alone: from its last taxel to its last result word": core.frame_latency,
     }
     rows = [(text, number, f"{part.microseconds(number):,.2f}") for text, number in numbers.items()]
     return Table("Cycles", ("", "cycles", f"µs at {part.target.clock_mhz:g} MHz"), rows)
-
-
-def _resources(part: Part) -> Table:
-    rows = [(name, used, total, f"{100 * used / total:.0f} %") for name, (used, total) in part.resources.items()]
-    return Table("Resources", ("", "core", part.target.name, ""), rows)
 
 
 def accuracy(design: Design) -> tuple[int, Table]:
@@ -106,15 +99,18 @@ def accuracy(design: Design) -> tuple[int, Table]:
 def datasheet(contents: Contents) -> dict[str, str]:
     """The page; raises ``InputError`` without the extra ``ip``."""
     count, accuracies = accuracy(contents.design)
-    rules = contents.facts["rules"].items()
+    rules, bits = contents.facts["rules"].items(), contents.design.status_bits
+    status = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in bits]
+    parts = contents.part.resources.items()
+    resources = [(name, used, total, f"{100 * used / total:.0f} %") for name, (used, total) in parts]
     values: dict[str, object] = {
         **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in _waves().items()},
         "wrapper_ports": _ports("Ports of the wrapper", ports_of(contents.design)),
         "core_ports": _ports("Ports of the core", core_ports(contents.design)),
         "output_words": _output_words(contents),
-        "status_bits": _status_bits(contents.design),
+        "status_bits": Table("Status", ("bit", "name", "meaning"), status, (0, 1, 2)),
         "cycles": _cycles(contents),
-        "resources": _resources(contents.part),
+        "resources": Table("Resources", ("", "core", contents.part.target.name, ""), resources),
         "registers": register_table(contents.registers),
         "errors": accuracies,
         **_numbers(contents),
@@ -136,6 +132,7 @@ def _numbers(contents: Contents) -> dict[str, object]:
     """Numbers and names of the page's sentences."""
     facts, design, part = contents.facts, contents.design, contents.part
     taxels, slots = design.sensor.taxels, design.bus.taxels_per_beat
+    first, last, most, _ = latencies(contents.core)
     forces = next((field.count for field in design.layout if field.name == "forces"), 0)
     return {
         "hash": facts["configuration_sha256"],
@@ -154,7 +151,11 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "word_bytes": WORD_BYTES,
         "basis": escape(part.basis),
         "rate": f"{1e6 * part.target.clock_mhz / facts['interval_cycles']:,.0f}",
-        "first_us": f"{part.microseconds(facts['latency_cycles']['first_word']):,.1f}",
+        "first_us": f"{part.microseconds(first):,.1f}",
+        "most_us": f"{part.microseconds(most):,.1f}",
+        "apart": f"{last:,}",
+        "shortest": f"{min(contents.core.intervals):,}",
+        "longest": f"{max(contents.core.intervals):,}",
         "architecture": design.architecture.kind,
     }
 

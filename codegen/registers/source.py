@@ -148,7 +148,7 @@ def parameters(design: Design) -> dict[str, int]:
         "RESULT_BITS": design.word_bits,
         "COEFFICIENT_BITS": design.coefficient_word,
         "RESULT_LENGTH": design.frame_words,
-        "LATENCY_CYCLES": core.latency,
+        "LATENCY_CYCLES": facts["axi_latency_cycles"]["first_word"],
         "INTERVAL_CYCLES": core.initiation_interval,
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
         "TAXELS_PER_BEAT": design.bus.taxels_per_beat,

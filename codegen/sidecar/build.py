@@ -12,7 +12,7 @@ from fxpmath import Fxp
 
 from tfra.codegen.sidecar import schema as form
 from tfra.hdl.cores import microarchitecture
-from tfra.model.arrays import Ints
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.rounding import Rounding
@@ -59,8 +59,10 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
     core = microarchitecture(design)
     loaded = core.loaded is not None
     choices = _choices(design)
+    words = core.coefficients
+    image = f"{words.shape[0]} {words.shape[1]}\n".encode() + words.astype(np.dtype("<i4")).tobytes()
     coefficients = form.Coefficients(
-        sha256=coefficients_hash(core.coefficients),
+        sha256=hashlib.sha256(image).hexdigest(),
         operators=[
             form.Operator(stack=s.name, name=o.name, quads=o.quads, fraction_bits=o.fraction)
             for s in design.stacks.values()
@@ -84,18 +86,19 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
             transfers_per_frame=design.sensor.taxels, bits=design.adc.bits, order="row-major", lsb_pa=design.adc.lsb
         ),
         result=_results(design),
-        latency_cycles=form.Latency(
-            first_word=core.latency,
-            last_word=core.frame_latency,
-            start="transfer of the last taxel of a frame, the core being idle",
-            to="transfer of the result word, result_ready being high",
-        ),
+        latency_cycles=_latency(core.latency, core.frame_latency, "taxel of a frame, the core", "result_ready"),
+        axi_latency_cycles=_latency(*latencies(core)[:2], "beat of a frame, core and wrapper", "m_axis_tready"),
         interval_cycles=core.initiation_interval,
         multiplications_per_frame=design.multiplications,
         coefficients=coefficients,
         images=[form.Image.model_validate(image) for image in images],
         tools={name: version(name) for name in TOOLS},
     ).facts()
+
+
+def _latency(first: int, last: int, end: str, ready: str) -> form.Latency:
+    start, to = f"transfer of the last {end} being idle", f"transfer of the result word, {ready} being high"
+    return form.Latency(first_word=first, last_word=last, start=start, to=to)
 
 
 def _choices(design: Design) -> dict[str, Any]:
@@ -177,9 +180,3 @@ def core_ports(design: Design) -> list[form.Port]:
     loaded = microarchitecture(design).loaded is not None
     named = (form.Port(name=name, direction=way, bits=bits, note=note) for name, way, bits, note in rows)
     return [port for port in named if loaded or not port.name.startswith("load_")]
-
-
-def coefficients_hash(images: Ints) -> str:
-    """SHA-256 of the coefficients, lane by lane or as they are loaded, as little-endian 32-bit words."""
-    header = f"{images.shape[0]} {images.shape[1]}\n".encode()
-    return hashlib.sha256(header + images.astype(np.dtype("<i4")).tobytes()).hexdigest()

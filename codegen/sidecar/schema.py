@@ -27,7 +27,6 @@ class Part(BaseModel):
 Count = Annotated[int, Field(ge=0)]
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
-
 _SENSOR: dict[str, Any] = {
     key.si: (
         float if key.unit else int,
@@ -189,7 +188,8 @@ class Sidecar(Part):
     load: Annotated[Load | None, Field(description="what is loaded after every reset")] = None
     taxel: Taxels
     result: Results
-    latency_cycles: Latency
+    latency_cycles: Annotated[Latency, Field(description="of the core alone")]
+    axi_latency_cycles: Annotated[Latency, Field(description="of the core in its wrapper, without repairs")]
     interval_cycles: Annotated[int, Field(description="from frame to frame, on average, when they come back to back")]
     multiplications_per_frame: int
     coefficients: Coefficients

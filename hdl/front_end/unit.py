@@ -51,6 +51,9 @@ class FrontEnd(wiring.Component):
     Raises ``ValueError`` for converters of fewer than 8 or more than 16 bits.
     """
 
+    latency = _COMPLETE + 1 + OutputReader.latency
+    """Cycles from the transfer of a frame's last taxel to that of its first code, if nothing is repaired."""
+
     def __init__(self, design: Design) -> None:
         check(design)
         self._design = design
@@ -79,11 +82,6 @@ class FrontEnd(wiring.Component):
             "taring": Out(1),  # frames are averaged for the offsets
             "busy": Out(1),  # a frame is in the unit, which settings and tables may change
         })
-
-    @property
-    def latency(self) -> int:
-        """Cycles from the transfer of a frame's last taxel to that of its first code, if nothing is repaired."""
-        return _COMPLETE + 1 + OutputReader.latency
 
     def interval(self, words: int, headers: int) -> int:
         """Most cycles from a frame to the next, back to back, with repairs of that many ``words`` and ``headers``.

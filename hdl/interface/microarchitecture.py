@@ -1,6 +1,6 @@
 """The interface of a core for the other packages, whatever its microarchitecture."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -43,6 +43,10 @@ class Microarchitecture(Protocol):
         """The core as an Amaranth component; raises as :meth:`check`."""
 
     @property
+    def intake(self) -> int:
+        """Cycles from the first taxel of a frame to its last, one being always offered and the core idle."""
+
+    @property
     def latency(self) -> int:
         """Cycles from the last taxel of a frame to its first result word, the core being idle."""
 
@@ -53,6 +57,16 @@ class Microarchitecture(Protocol):
     @property
     def initiation_interval(self) -> int:
         """Cycles from one frame to the next when frames come back to back, on average."""
+
+    @property
+    def intervals(self) -> Sequence[int]:
+        """Cycles between the last result words of frames that come back to back, as they follow each other."""
+
+    def queued(self, ahead: int) -> tuple[int, int]:
+        """Most cycles to the first and to the last result word of a frame when frames come back to back.
+
+        They count from the last taxel of the frame that is ``ahead`` frames before it.
+        """
 
     @property
     def settled(self) -> slice:

@@ -34,10 +34,10 @@ class WidthConverter(wiring.Component):
             "cut": Out(1),  # the frame of the last beat that was taken has not ended; a register
         })
 
-    @property
-    def latency(self) -> int:
+    @staticmethod
+    def latency(taxels: int, per_beat: int) -> int:
         """Cycles from the transfer of a complete frame's last beat to that of its last taxel."""
-        return 1 + self._last_lane if self._per_beat > 1 else 0
+        return 1 + (taxels - 1) % per_beat if per_beat > 1 else 0
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

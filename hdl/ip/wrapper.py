@@ -9,14 +9,29 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from tfra.hdl.bus.axi_lite import bus
 from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.bus.registers import Registers
-from tfra.hdl.front_end.unit import FrontEnd
+from tfra.hdl.front_end.unit import PAGES, FrontEnd
 from tfra.hdl.interface import ports
+from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.ip.control import Control
 from tfra.hdl.ip.framer import Framer
 from tfra.hdl.ip.load import Load
 from tfra.hdl.ip.output_stage import OUTPUT_BEAT, OutputStage
 from tfra.hdl.ip.width_converter import WidthConverter, input_beat
 from tfra.model.fixed.design import Design
+
+
+def latencies(core: Microarchitecture) -> tuple[int, int, int, int]:
+    """Cycles from the transfer of a frame's last beat to those of its first and its last result word behind AXI.
+
+    First the wrapper and ``core`` being idle, then the most when frames come back to back.  The whole frame passes to
+    the core after its last beat, which comes after the frame ``PAGES`` before it has passed.
+    """
+    taxels = core.design.sensor.taxels
+    converter = WidthConverter.latency(taxels, core.design.bus.taxels_per_beat)
+    idle = converter + FrontEnd.latency + core.intake + OutputStage.latency
+    queued = converter - taxels + OutputStage.latency
+    first, last = core.queued(PAGES)
+    return core.latency + idle, core.frame_latency + idle, first + queued, last + queued
 
 
 class Wrapper(wiring.Component):
@@ -34,9 +49,8 @@ class Wrapper(wiring.Component):
 
     def __init__(self, design: Design, registers: RegisterMap, *, loaded: bool) -> None:
         per_beat, coefficient = design.bus.taxels_per_beat, signed(design.coefficient_word)
-        self._taxels = design.sensor.taxels
         self._registers, self._control = Registers(registers), Control(registers)
-        self._converter = WidthConverter(self._taxels, per_beat)
+        self._converter = WidthConverter(design.sensor.taxels, per_beat)
         self._front_end, self._framer, self._output = FrontEnd(design), Framer(design), OutputStage()
         self._load = Load(design.coefficient_word) if loaded else None
         super().__init__({
@@ -49,14 +63,6 @@ class Wrapper(wiring.Component):
             "result": In(stream.Signature(ports.result(design))),  # of the core
             **({"load": Out(stream.Signature(coefficient))} if loaded else {}),  # to a core that is loaded
         })
-
-    @property
-    def latency(self) -> int:
-        """Cycles from the transfer of a frame's last beat to that of its first result word, less those of the core.
-
-        The whole frame passes to the core after its last taxel.
-        """
-        return self._converter.latency + self._front_end.latency + self._taxels - 1 + OutputStage.latency
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

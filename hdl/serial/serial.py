@@ -24,7 +24,7 @@ _REFILL = 2
 class Serial:
     """:class:`tfra.hdl.interface.microarchitecture.Microarchitecture` of one core and its program.
 
-    The assembler counts the cycles, none of which depends on data.
+    The assembler counts the cycles, none of which depends on data.  What others ask of it is described there.
     """
 
     settled = slice(None)
@@ -36,50 +36,53 @@ class Serial:
         self.design, self._program = design, program
 
     def check(self) -> None:
-        """Raise ``ValueError`` for words that can overflow and for a design that the memories can't hold."""
         _ = self.design.widths, self.program, self.coefficients
 
     def build(self) -> SerialCore:
-        """The core; raises as :meth:`check`."""
         return SerialCore(self.design, self.program, self.coefficients)
 
     @cached_property
     def program(self) -> Program:
-        """The program of a frame."""
         return self._program(self.design)
 
     @property
+    def intake(self) -> int:
+        return self.program.intake - self.program.taxel + _REFILL
+
+    @property
     def latency(self) -> int:
-        """Cycles from the last taxel of a frame, which waits for the program in a buffer, to the first result word."""
         return self._waits + self.program.first
 
     @property
     def frame_latency(self) -> int:
-        """Cycles from the last taxel of a frame to its last result word."""
         return self._waits + self.program.last
 
     @property
     def initiation_interval(self) -> int:
-        """Cycles from one frame to the next."""
         return self.program.interval
 
     @property
+    def intervals(self) -> tuple[int]:
+        return (self.program.interval,)
+
+    def queued(self, ahead: int) -> tuple[int, int]:
+        waits = ahead * self.initiation_interval
+        return waits + self.latency, waits + self.frame_latency
+
+    @property
     def _waits(self) -> int:
-        """Cycles of a taxel at the ports and in its buffer, until the program takes it."""
+        """Cycles of a frame's last taxel at the ports and in its buffer, until the program takes it."""
         return _PORTS + self.program.taxel - _REFILL
 
     @property
     def lanes(self) -> int:
-        """Multiply-accumulate lanes."""
         return lane_count(self.design)
 
     def choices(self) -> "Iterator[Serial]":
-        """This core alone: its lanes follow from its word lengths."""
         yield self
 
     @property
     def cell_models(self) -> tuple[Path, ...]:
-        """Verilog files with models of the cells that the core has instances of."""
         return cell_models(self.design.target, "store")
 
     @cached_property
@@ -89,12 +92,10 @@ class Serial:
 
     @property
     def loaded(self) -> Ints:
-        """Coefficients in the order of the port ``load``, one a transfer."""
         return self.coefficients.ravel()
 
     @property
     def load_order(self) -> str:
-        """The order of :attr:`loaded` in words."""
         times = " or ".join(map(str, lengths(self.design)))
         return (
             f"for every operator, parity of its results and group of {self.lanes} result quads (the last one filled up "

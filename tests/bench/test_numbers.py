@@ -8,9 +8,11 @@ import pytest
 
 from bench import headline
 from bench.cycles import cores
+from bench.parts import axi_cost
 from bench.publish import ROOT, stored
 from tfra.codegen.config.read import MOST_TAXELS, load
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.boussinesq import operators
 from tfra.model.sensor import SensorArray
 
@@ -64,6 +66,9 @@ STATED = [
     ("docs/serial.md", r"\| \*\*frame\*\* \| \*\*([\d,]+)\*\*", cycles("small", INTERVAL)),
     ("docs/serial.md", r"to the first word, is ([\d,]+) cycles", cycles("small", "latency")),
     ("docs/serial.md", r"to the last word ([\d,]+)\.", cycles("small", "frame_latency")),
+    ("docs/serial.md", r"Taxels of a frame in ([\d,]+) cycles", cycles("small", "intake")),
+    ("docs/ip.md", r"`small` takes ([\d,]+) cycles", cycles("small", "intake")),
+    ("docs/ip.md", r"`balanced`: ([\d,]+), then ([\d,]+) cycles", lambda: tuple(preset("balanced").intervals[:2])),
     ("docs/studies/schedule.md", r"\| `matvec` \| ([\d,]+) \| 100% \|", cycles("fast", INTERVAL)),
     ("docs/learned.md", r"direction, friction \| (\d+) \| (\d+) \| (\d+) \|", cycles("learned_resultant", *ALL)),
     ("docs/learned.md", r"and forces at the taxels \| (\d+) \| (\d+) \| (\d+) \|", cycles("learned_fast", *ALL)),
@@ -105,6 +110,15 @@ def test_bounds(file, pattern, values):
 def test_a_missing_number_is_found():
     with pytest.raises(AssertionError, match="found 0 times"):
         numbers("takes 22,900 products", STATED[0][1])
+
+
+def test_latencies_behind_axi():
+    record = stored("axi_cost")
+    assert axi_cost.table(record) in (ROOT / "docs" / "ip.md").read_text()
+    for name, found in record["intervals"].items():
+        first, _, most, _ = latencies(preset(name))
+        assert found["latency"] == [preset(name).latency, first, most]
+        assert found["behind_axi"] == found["alone"] == preset(name).initiation_interval
 
 
 def test_headline():

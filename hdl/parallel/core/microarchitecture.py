@@ -4,6 +4,7 @@ from abc import ABC
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
@@ -81,6 +82,10 @@ class Parallel(ABC, Generic[D, T]):
         return self.timeline(ENOUGH)
 
     @property
+    def intake(self) -> int:
+        return self.design.sensor.taxels - 1
+
+    @property
     def latency(self) -> int:
         return self.alone.frames[0].words[0]
 
@@ -88,14 +93,21 @@ class Parallel(ABC, Generic[D, T]):
     def frame_latency(self) -> int:
         return self.alone.frames[0].words[-1]
 
-    @cached_property
+    @property
     def initiation_interval(self) -> int:
-        """Cycles from one frame to the next when frames come back to back: the mean of twelve, rounded up.
+        """The mean of twelve, rounded up: frames interleave, so that the times between single ones differ."""
+        return -(-sum(self.intervals) // SETTLED)
 
-        Frames interleave, so that the times between single ones differ.
-        """
-        frames = self.stream.frames
-        return -(-(frames[2 * SETTLED].words[-1] - frames[SETTLED].words[-1]) // SETTLED)
+    @cached_property
+    def intervals(self) -> list[int]:
+        ends = [frame.words[-1] for frame in self.stream.frames[SETTLED : 2 * SETTLED + 1]]
+        return [end - before for before, end in pairwise(ends)]
+
+    def queued(self, ahead: int) -> tuple[int, int]:
+        before = self.stream.frames[self.settled]
+        frames = self.stream.frames[SETTLED + ahead :]
+        waits = [[word - first.taxel for word in frame.words] for first, frame in zip(before, frames, strict=False)]
+        return max(words[0] for words in waits), max(words[-1] for words in waits)
 
     @property
     def lanes(self) -> int:

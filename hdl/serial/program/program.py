@@ -26,26 +26,27 @@ class Program:
     first: int  # cycles from the instruction that takes a frame's last taxel to that of its first result word
     last: int  # cycles from the instruction that takes a frame's last taxel to that of its last result word
     interval: int  # cycles from frame to frame
+    intake: int  # cycles from the instruction that takes a frame's first taxel to that of its last
     taxel: int  # cycles from a taxel to the next one of its row
 
 
 def write(
     w: _Writer,
-    intake: Callable[[_Writer], tuple[int, int]],
+    intake: Callable[[_Writer], tuple[int, int, int]],
     analysis: Sequence[Callable[[_Writer], None]],
     result: Sequence[Callable[[_Writer], None]],
 ) -> Program:
     """The program of an estimator, written by ``w``: its stages up to the first result word, and from there on.
 
-    ``intake`` returns the cycle that takes the last code, and the cycles from one code to the next of its row.  Raises
-    ``ValueError`` when the program does not fit the memories.
+    ``intake`` returns the cycle that takes the last code, the cycles since the first one, and those from one code to
+    the next of its row.  Raises ``ValueError`` when the program does not fit the memories.
     """
     a = w.assembler
     a.stage = "reset"
     a.move(w.at("counter"), NOTHING)
     start, before = len(a.program), a.cycles
     a.stage = label(intake)
-    taken, taxel = intake(w)
+    taken, span, taxel = intake(w)
     _stages(w, analysis)
     first = a.cycles - taken + 1  # the header fetches the counter, its first word, with its first instruction
     _stages(w, result)
@@ -65,6 +66,7 @@ def write(
         first=first,
         last=last,
         interval=interval,
+        intake=span,
         taxel=taxel,
     )
 

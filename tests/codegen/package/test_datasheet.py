@@ -18,6 +18,7 @@ from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import core_ports, sidecar
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.cover.scenes import known_contacts
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
@@ -25,6 +26,9 @@ from tfra.model.metrics import turn_deg
 from tfra.recordings.facts import MEANINGS
 
 DESIGNS = {"parallel": PARALLEL, "serial": SERIAL_CORE, "learned": learned(2, 3, taxel_forces=False)}
+
+ANSWER = r"word comes ([\d.,]+) µs after .*? at ([\d,]+) frames a second, back to back, at most ([\d.,]+) µs"
+"""Latency of a frame that is alone, the rate, and the latency at that rate."""
 
 
 @pytest.fixture(scope="module", params=DESIGNS)
@@ -74,12 +78,15 @@ def test_every_status_bit_register_and_port_is_there(sheet: tuple[Design, str]) 
 def test_cycles_and_times(sheet: tuple[Design, str]) -> None:
     design, page = sheet
     core, rows = microarchitecture(design), table(page, "Cycles")
-    added = design.sensor.taxels + 12  # the frame is checked as a whole
-    expected = [core.latency, core.frame_latency]
-    expected = [*(cycles + added for cycles in expected), *expected, core.initiation_interval]
+    expected = [*latencies(core), core.initiation_interval, core.latency, core.frame_latency]
     assert [int(row[1].replace(",", "")) for row in rows] == expected
     for row, cycles in zip(rows, expected, strict=True):
         assert float(row[2].replace(",", "")) == pytest.approx(cycles / 98.0, abs=0.006)
+    first, rate, most = (float(each.replace(",", "")) for each in re.findall(ANSWER, page, re.S)[0])
+    assert [first, most] == pytest.approx([latencies(core)[n] / 98.0 for n in (0, 2)], abs=0.06)
+    assert rate == pytest.approx(98e6 / core.initiation_interval, abs=1)
+    assert f"{expected[1]:,} cycles or more after the one before" in page
+    assert f"end {min(core.intervals):,} to {max(core.intervals):,} cycles apart" in page
 
 
 def test_loads_are_told_with_their_checksum(sheet: tuple[Design, str]) -> None:

@@ -10,6 +10,7 @@ from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters, register_map
 from tfra.hdl.bus.map import Kind
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -73,7 +74,7 @@ def test_values_of_a_design() -> None:
         **{"CAPABILITIES.taxel_forces": 1, "SENSOR.rows": 3, "SENSOR.columns": 2},
         **{"WORD_LENGTHS.taxel_bits": DESIGN.adc.bits, "WORD_LENGTHS.result_bits": DESIGN.word_bits},
         **{"WORD_LENGTHS.coefficient_bits": DESIGN.coefficient_word, "RESULT_WORDS.words": DESIGN.frame_words},
-        **{"LATENCY.cycles": core.latency, "INTERVAL.cycles": core.initiation_interval, "LOAD_WORDS.words": 0},
+        **{"LATENCY.cycles": latencies(core)[0], "INTERVAL.cycles": core.initiation_interval, "LOAD_WORDS.words": 0},
     }
 
 

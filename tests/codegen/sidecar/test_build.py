@@ -15,6 +15,7 @@ from tfra.codegen.config.read import load
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import schema
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -36,8 +37,8 @@ def test_sidecars_follow_the_schema(name: str) -> None:
     facts = json.loads(json.dumps(sidecar(design)))
     jsonschema.validate(facts, json.loads(schema()))
     core = microarchitecture(design)
-    assert facts["latency_cycles"]["first_word"] == core.latency
-    assert facts["latency_cycles"]["last_word"] == core.frame_latency
+    stated = [(facts[key]["first_word"], facts[key]["last_word"]) for key in ("latency_cycles", "axi_latency_cycles")]
+    assert stated == [(core.latency, core.frame_latency), latencies(core)[:2]]
     assert [2 ** bit["bit"] for bit in facts["result"]["status_bits"]] == [int(bit) for bit in design.status_bits]
     assert ("load" in facts) == (core.loaded is not None)
     with pytest.raises(jsonschema.ValidationError):

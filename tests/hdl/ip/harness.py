@@ -65,10 +65,14 @@ class EchoCore(wiring.Component):
 
 @dataclass
 class Bench:
-    """``design`` behind AXI: what came back as ``(tuser, words)``, and the cycles of transfers at both streams."""
+    """``design`` behind AXI: what came back as ``(tuser, words)``, and the cycles of transfers at both streams.
+
+    Its core is simple if no other ``core`` is given, and takes ``words`` coefficients.
+    """
 
     design: Design
     words: int = 0
+    core: Any = None
     back: list[tuple[int, list[int]]] = field(default_factory=list)
     taken: list[int] = field(default_factory=list)
     given: list[int] = field(default_factory=list)
@@ -79,7 +83,7 @@ class Bench:
     def __post_init__(self) -> None:
         self.map = register_map(parameters(self.design))
         self.wrapper = Wrapper(self.design, self.map, loaded=self.words > 0)
-        core, m = EchoCore(self.design, self.words), Module()
+        core, m = self.core or EchoCore(self.design, self.words), Module()
         m.submodules.wrapper = self.wrapper
         m.submodules.core = ResetInserter(self.wrapper.core_reset)(core)
         for name in core.signature.members:

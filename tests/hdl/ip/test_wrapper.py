@@ -5,12 +5,16 @@ import zlib
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.hdl.ip.harness import Bench
 from tests.marks import long
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.choices import SERIAL, Architecture, Bus, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
@@ -73,8 +77,46 @@ def test_latency(per_beat: int) -> None:
         assert cycles == bench.given[-1] - bench.taken[0] - (per_beat > 1)
 
     bench.run(host)
+    core = microarchitecture(bench.design)
     own = 1  # of the simple core, from its last taxel to its first word
-    assert bench.given[2] - bench.taken[-1] == bench.wrapper.latency + own
+    assert bench.given[2] - bench.taken[-1] == latencies(core)[0] - core.latency + own
+
+
+
+SMALL = learned_design(2, 2, (1, 1), architecture=SERIAL)
+CORES = [
+    (SMALL, 0),
+    *long((replace(design(), architecture=SERIAL, bus=Bus(2)), 4), (design(), 20), (learned_design(2, 3, (3, 2)), 20)),
+]
+
+
+@pytest.mark.parametrize(("built", "frames"), CORES, ids=["small", "serial", "parallel", "learned"])
+def test_latencies_of_cores(built: Design, frames: int) -> None:
+    """From a frame's last beat to its first and last result word: a frame that is alone, and frames back to back."""
+    core, taxels = microarchitecture(built), FRAME[: built.sensor.taxels]
+    load = core.loaded.ravel().tolist() if core.loaded is not None else []
+    beats = packed(taxels, built.bus.taxels_per_beat)
+    bench = Bench(built, len(load), core=core.build())
+
+    async def host(ctx: Any) -> None:
+        for word in load:
+            await bench.write(ctx, "LOAD_DATA", word=word & 0xFFFFFFFF)
+        await bench.write(ctx, "CONTROL", run=1)
+        for number in range(1 + frames):
+            await bench.send(ctx, beats)
+            if not number:
+                await bench.settle(ctx, 2 * core.frame_latency)
+        while len(bench.back) <= frames:
+            await ctx.tick()
+
+    bench.run(host)
+    given = np.array(bench.given).reshape(1 + frames, -1)
+    found = given[:, [2, -1]] - np.array(bench.taken[len(beats) - 1 :: len(beats)])[:, None]
+    idle, most = np.reshape(latencies(core), (2, 2))
+    assert found[0].tolist() == idle.tolist()
+    if frames:
+        assert found.max(axis=0).tolist() == most.tolist()
+        assert set(np.diff(given[2:, -1])) >= set(core.intervals)
 
 
 def test_forces_are_left_out_frame_by_frame() -> None:

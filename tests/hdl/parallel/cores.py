@@ -15,13 +15,13 @@ from tfra.sim.harness import run
 
 
 def stream(design: Design, codes: Ints, **stalls: Any) -> tuple[Ints, Ints, Ints, Ints, Ints]:
-    """Result words ``(n, words)``, the model's, last marks, and the cycles of last taxels and of result words."""
+    """Result words ``(n, words)``, the model's, last marks, and the cycles of taxels and of result words."""
     want = design.model(codes).words
     core = microarchitecture(design).build()
     seen = run(core, {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
     last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
-    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
+    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)
     return words, want, last, taken, np.array(seen.cycles["result"]).reshape(want.shape)
 
 
@@ -40,6 +40,7 @@ def check_timing(design: Design, codes: Ints) -> None:
     words, want, _, taken, cycles = stream(design, codes)
     frames = microarchitecture(design).timeline(len(codes)).frames
     assert (words == want).all()
+    taken = taken[:, -1]
     assert (taken - taken[0]).tolist() == [frame.taxel for frame in frames]
     assert (cycles - taken[0]).tolist() == [frame.words for frame in frames]
 
@@ -49,8 +50,9 @@ def check_single_frame(design: Design, codes: Ints) -> None:
     words, want, _, taken, cycles = stream(design, codes)
     timing = microarchitecture(design)
     assert (words == want).all()
-    assert cycles[0, 0] - taken[0] == timing.latency
-    assert cycles[0, -1] - taken[0] == timing.frame_latency
+    assert taken[0, -1] - taken[0, 0] == timing.intake
+    assert cycles[0, 0] - taken[0, -1] == timing.latency
+    assert cycles[0, -1] - taken[0, -1] == timing.frame_latency
 
 
 def sleepy(rng: random.Random) -> Any:

@@ -1,5 +1,7 @@
 """The gateware executes the program as the interpreter does: bit-exact words, exact cycles, any stalls."""
 
+from itertools import chain, repeat
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ def stream(design, codes, **stalls):
     seen = run(as_serial(design).build(), inputs, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
     last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
-    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
+    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)
     return as_serial(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
 
 
@@ -27,14 +29,19 @@ CORES = [DESIGNS["2×3"], LEARNED["2×3, forces"], *long(LEARNED["3×5"])]
 
 @pytest.mark.parametrize("design", CORES, ids=["TFRA", "learned", "learned, no forces"])
 def test_words_and_cycles(design):
+    """Of a core that is loaded before the first taxel comes."""
     codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[[-3]]])
-    timing, words, want, last, cycles, taken = stream(design, codes)
+    loading = [True] * (store_image(design).size + 50)
+    late = {"steady": ["load"], "stall_in": lambda _: chain(loading, repeat(False))}
+    timing, words, want, last, cycles, taken = stream(design, codes, **late)
     assert (words == want).all()
     assert (want[:, -1] & Status.NO_CONTACT).tolist() == [0, 1]
     assert last[:, -1].all()
     assert last.sum() == len(want)
-    assert cycles[0, 0] - taken[0] == timing.latency
-    assert cycles[0, -1] - taken[0] == timing.frame_latency
+    assert taken[0, -1] - taken[0, 0] == timing.intake
+    assert cycles[0, 0] - taken[0, -1] == timing.latency
+    assert cycles[0, -1] - taken[0, -1] == timing.frame_latency
+    assert tuple(cycles[1, [0, -1]] - taken[0, -1]) == timing.queued(1)
     assert (np.diff(cycles[:, -1]) == timing.initiation_interval).all()
 
 

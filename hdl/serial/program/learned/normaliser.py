@@ -10,16 +10,17 @@ from tfra.hdl.serial.program.learned.memory import LearnedWriter
 from tfra.hdl.serial.program.routines import extremes
 
 
-def codes(w: LearnedWriter) -> tuple[int, int]:
+def codes(w: LearnedWriter) -> tuple[int, int, int]:
     """Store codes as they arrive; R1 adds up compression, R5 is the largest code, its sign folded away.
 
-    Returns the cycle that takes the last code, and the cycles from one code to the next.
+    Returns the cycle that takes the last code, the cycles since the first one, and those from one code to the next.
     """
     a = w.assembler
     a.move(R1, NOTHING)
     a.move(R5, NOTHING)
     w.points(p0=w.map.stress)
-    with a.loop(w.design.sensor.taxels):
+    taxels = w.design.sensor.taxels
+    with a.loop(taxels):
         a.move(R0, IN)
         a.move(mem(0, 0, Post.UP), R0)
         a.op(Op.LESS, R1, R1, R0)
@@ -29,7 +30,7 @@ def codes(w: LearnedWriter) -> tuple[int, int]:
         taxel = a.here
     taken = a.cycles - taxel
     extremes(w)
-    return taken, taxel
+    return taken, (taxels - 1) * taxel, taxel
 
 
 def normaliser(w: LearnedWriter) -> None:

@@ -5,7 +5,7 @@ from tfra.hdl.serial.program.routines import extremes
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 
-def codes(w: TfraWriter) -> tuple[int, int]:
+def codes(w: TfraWriter) -> tuple[int, int, int]:
     """Store codes as they arrive, and add them up for both zones: compression (c) and traction (t) (Eqs. 19-22).
 
     ======  =================================================================================
@@ -15,7 +15,8 @@ def codes(w: TfraWriter) -> tuple[int, int]:
     F0      at the end: no code reaches the contact threshold
     ======  =================================================================================
 
-    Returns the cycle that takes the last code, and the cycles from one code to the next of its row.
+    Returns the cycle that takes the last code, the cycles since the first one, and those from one code to the next of
+    its row.
     """
     a, sensor = w.assembler, w.design.sensor
     for name in ("sum_c", "sum_t", "v_c", "v_t"):
@@ -32,12 +33,13 @@ def codes(w: TfraWriter) -> tuple[int, int]:
             taxel, behind = a.here, a.here - start
         start = a.here
         _row(w)
-        behind += a.here - start
+        turn = a.here
+        behind += turn - start
     taken = a.cycles - behind
     a.move(w.at("u_c"), R2)
     a.move(w.at("u_t"), R4)
     extremes(w)
-    return taken, taxel
+    return taken, sensor.rows * turn - 1 - behind, taxel  # the first turn begins with the loop of its columns
 
 
 def _code(w: TfraWriter) -> None:
