@@ -7,6 +7,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.codes import product_slot
 from tfra.hdl.front_end.history import FAULTS, summed
 from tfra.hdl.front_end.ports import TABLES
@@ -52,7 +53,8 @@ class Calibrate(wiring.Component):
             "o": Out(product_slot(taxels)),  # ``latency`` cycles after ``i``, without ``page``
             "faults": Out(FAULTS),  # of the taxel at ``o``
             "repair": Out(1),  # pulse: software writes to the table of repairs ...
-            "repair_place": Out(counter_shape(repair_places(taxels) - 1)),  # ... at this place
+            "repair_place": Out(counter_shape(repair_places(taxels) - 1)),  # ... at this place ...
+            "repair_word": In(BITS),  # ... which has this word, a cycle later
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -111,4 +113,6 @@ class Calibrate(wiring.Component):
                 m.d.comb += software.value.eq(read.data[OFFSETS].as_signed())
             with m.Case(GAINS):
                 m.d.comb += software.value.eq(read.data[GAINS])
+            with m.Case(REPAIRS):
+                m.d.comb += software.value.eq(self.repair_word)
         return entry

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import NUMBER, TAXEL
 from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.hdl.lib.pipeline import wrapping_counter
+from tfra.hdl.lib.pipeline import driver, wrapping_counter
 from tfra.model.fixed.front_end import WORD
 
 ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS})
@@ -136,10 +136,9 @@ class Intake(wiring.Component):
         following = Signal(NUMBER, reset_less=True)  # the number that is to come
         known = Signal()
         started = Signal(BITS, reset_less=True)
-        origin = Signal(ORIGIN, reset_less=True)
+        origin = driver(m, self.origin)
         user = self.i.payload.user
         jumps = arrived & known & (user != following)
-        m.d.comb += self.origin.eq(origin)
         m.d.sync += [
             self.gap.eq(jumps & self.check_sequence),
             known.eq(self.check_sequence & (known | arrived)),

@@ -33,6 +33,7 @@ class Repair(wiring.Component):
             "write": In(1),  # software writes ``data`` at ``place``
             "place": In(counter_shape(self._places - 1)),
             "data": In(BITS),
+            "stored": Out(BITS),  # the word at ``place`` a cycle before, while no frame is repaired
             "repair_words": In(16),  # setting: how many are used
             "active": In(1),  # a frame is to be repaired ...
             "repaired": Out(1),  # ... until it is
@@ -51,23 +52,18 @@ class Repair(wiring.Component):
         table = Ram(m, "table", BITS, self._places)
         table.write(self.write, self.place, self.data)
         number = Signal(16)  # of the next word
-        more = Signal()  # there is a next word
         fetched = Signal()  # a word is read
         valid = Signal()  # ``entry`` is a word
         entry = Signal(_ENTRY, reset_less=True)
-        advance = Signal()
-        issue = Signal()
-        empty = Signal()
-        end = Signal()
         opened = Signal()  # a target has been named
         target = Signal.like(self.term.target, reset_less=True)
         pending = Signal(FETCH + Codes.latency)  # bit k: a sum ended k + 1 cycles ago, and its code is not written
+        more = self.active & (number < self.repair_words)
+        empty = ~(more | fetched | valid)
+        end = empty | entry.header
+        issue = (valid | (empty & opened)) & ~self.blocked & ~pending.any()
+        advance = ~valid | issue
         m.d.comb += [
-            more.eq(self.active & (number < self.repair_words)),
-            empty.eq(~(more | fetched | valid)),
-            end.eq(empty | entry.header),
-            issue.eq((valid | (empty & opened)) & ~self.blocked & ~pending.any()),
-            advance.eq(~valid | issue),
             self.repaired.eq(empty & ~opened & ~pending.any()),
             self.term.valid.eq(issue),
             self.term.end.eq(end),
@@ -76,7 +72,8 @@ class Repair(wiring.Component):
             self.term.target.eq(target),
             self.source.eq(entry.taxel),
         ]
-        word = table.read(number, advance)
+        word = table.read(Mux(self.active, number, self.place), advance)
+        m.d.comb += self.stored.eq(word)
         m.d.sync += pending.eq(Cat(issue & end & opened, pending))
         with m.If(advance):
             m.d.sync += [

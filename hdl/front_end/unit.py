@@ -159,6 +159,7 @@ class FrontEnd(wiring.Component):
             repair.write.eq(calibrate.repair),
             repair.place.eq(calibrate.repair_place),
             repair.data.eq(self.tables.data),
+            calibrate.repair_word.eq(repair.stored),
             reader.silent.eq(~codes.reached.bit_select(page_out, 1)),
         ]
 

@@ -1,5 +1,6 @@
 """What the registers mean: settings, commands, events and counters of the blocks around the core."""
 
+from operator import attrgetter
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value
@@ -63,7 +64,8 @@ class Control(wiring.Component):
             self.restart.eq(control.soft_reset),
             self.time.eq(self.time + 1),
         ]
-        m.d.comb += [getattr(self.settings, name).eq(self._field(path)) for name, path in _SETTINGS.items()]
+        for name, path in _SETTINGS.items():
+            m.d.comb += getattr(self.settings, name).eq(attrgetter(path)(self.hardware))
         m.d.comb += [
             self.tare.eq(control.tare),
             self.simulate.eq(control.simulate_error),
@@ -78,11 +80,6 @@ class Control(wiring.Component):
         self._errors(m)
         self._frames(m)
         return m
-
-    def _field(self, path: str) -> Value:
-        """The port of ``REGISTER.field``."""
-        register, _, field = path.partition(".")
-        return getattr(getattr(self.hardware, register), field)
 
     def _calibration(self, m: Module) -> None:
         """CALIBRATION_...: words of the tables, whose place counts up with each, and their CRC."""

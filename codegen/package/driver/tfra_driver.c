@@ -223,8 +223,6 @@ static tfra_error_t write_table(tfra_device_t *device, uint32_t table, uint32_t 
 
 static tfra_error_t read_table(tfra_device_t *device, uint32_t table, uint32_t first, uint32_t *words, uint32_t count)
 {
-    if (!are_taxels(device, first, count))
-        return TFRA_ERROR_ARGUMENT;
     for (uint32_t place = 0; place < count; place++) {
         CHECK(WRITE(device, CALIBRATION_PLACE, place_of(table, first + place)));
         CHECK(READ(device, CALIBRATION_VALUE, &words[place]));
@@ -255,6 +253,8 @@ tfra_error_t tfra_set_gains(tfra_device_t *device, uint32_t first, const uint32_
 tfra_error_t tfra_get_offsets(tfra_device_t *device, uint32_t first, int32_t *offsets, uint32_t count)
 {
     const uint32_t sign = 1u << (TFRA_OFFSET_BITS - 1u);
+    if (!are_taxels(device, first, count))
+        return TFRA_ERROR_ARGUMENT;
     CHECK(read_table(device, TFRA_TABLE_OFFSETS, first, (uint32_t *)offsets, count));
     for (uint32_t place = 0; place < count; place++) {
         const uint32_t word = (uint32_t)offsets[place] & (2u * sign - 1u);
@@ -265,7 +265,8 @@ tfra_error_t tfra_get_offsets(tfra_device_t *device, uint32_t first, int32_t *of
 
 tfra_error_t tfra_get_gains(tfra_device_t *device, uint32_t first, uint32_t *gains, uint32_t count)
 {
-    return read_table(device, TFRA_TABLE_GAINS, first, gains, count);
+    return are_taxels(device, first, count) ? read_table(device, TFRA_TABLE_GAINS, first, gains, count)
+                                            : TFRA_ERROR_ARGUMENT;
 }
 
 uint32_t tfra_repair_target(uint32_t taxel)
@@ -291,6 +292,13 @@ tfra_error_t tfra_set_repairs(tfra_device_t *device, const uint32_t *words, uint
     CHECK(WRITE(device, REPAIRS, 0));
     CHECK(write_table(device, TFRA_TABLE_REPAIRS, 0, words, count));
     return WRITE(device, REPAIRS, PUT(count, REPAIRS, WORDS));
+}
+
+tfra_error_t tfra_get_repairs(tfra_device_t *device, uint32_t *words, uint32_t most, uint32_t *count)
+{
+    CHECK(require_stopped(device));
+    CHECK(READ(device, REPAIRS, count));
+    return *count <= most ? read_table(device, TFRA_TABLE_REPAIRS, 0, words, *count) : TFRA_ERROR_ARGUMENT;
 }
 
 tfra_error_t tfra_tare(tfra_device_t *device, uint32_t log2_frames)

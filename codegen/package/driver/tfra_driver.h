@@ -138,6 +138,8 @@ uint32_t tfra_repair_target(uint32_t taxel);
 uint32_t tfra_repair_source(uint32_t taxel, int32_t weight);
 /** Writes the table of repairs; with a `count` of 0 no taxel is repaired. */
 tfra_error_t tfra_set_repairs(tfra_device_t *device, const uint32_t *words, uint32_t count);
+/** Reads the words of the table of repairs that are used from the stopped core, `most` at most. */
+tfra_error_t tfra_get_repairs(tfra_device_t *device, uint32_t *words, uint32_t most, uint32_t *count);
 /** Starts the stopped core; 2^log2_frames frames, 0 to 6, become the offsets. */
 tfra_error_t tfra_tare(tfra_device_t *device, uint32_t log2_frames);
 /** Waits for the end of tfra_tare(), for `polls` reads at most. */

@@ -162,5 +162,11 @@ class CCore:
             words += [self._library.tfra_repair_source(t, round(w * 65536)) for t, w in sources.items()]
         self._call("set_repairs", (c_uint32 * len(words))(*words), len(words))
 
+    def get_repairs(self) -> list[int]:
+        words = (c_uint32 * 512)()
+        count = c_uint32()
+        self._call("get_repairs", words, len(words), byref(count))
+        return words[: count.value]
+
     def wait_tare(self) -> None:
         self._call("wait_tare", self.polls)

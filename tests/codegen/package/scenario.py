@@ -91,7 +91,9 @@ def tables(world: Any, core: Any) -> None:
     for call in wrong:
         with refused():
             call()
-    core.set_repairs({1: {0: 0.5, 2: -0.25}, 2: {1: 1.0}})
+    repairs = {1: {0: 0.5, 2: -0.25}, 2: {1: 1.0}}
+    core.set_repairs(repairs)
+    assert core.get_repairs() == world.host.repair_words(repairs)
     assert world.read32(0xB0) == 5
     core.set_repairs({})
     assert world.read32(0xB0) == 0

@@ -235,6 +235,7 @@ def all_calls(core: Any, host: ModuleType) -> None:
         getattr(core, name)()
     core.get_offsets(0, 1)
     core.get_gains(0, 1)
+    core.get_repairs()
     core.set_offsets(0, [])
     core.set_gains(0, [])
     core.set_options(["drop_late"])

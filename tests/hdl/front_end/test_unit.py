@@ -271,8 +271,11 @@ def test_repairs_end_when_fewer_words_are_used_in_mid_frame(cycles):
     session.frames(*numbered(1))
     session.change(cycles, repair_words=3)
     session.check("busy", 0)
+    for place in range(40):
+        session.read(REPAIRS, place)
     session.frames(*numbered(1))
     seen = session.play()
+    assert seen.values == words
     late = np.array(seen.given[::6]) - seen.taken[5::6]
     assert late[0] <= unit.latency + Repair.cycles(len(words), 1)
     assert late[1] == unit.latency + Repair.cycles(3, 1)

@@ -123,9 +123,11 @@ class Core:
         self._write_table("gains", first, gains)
 
     def get_offsets(self, first: int, count: int) -> list[int]:
+        self._require_taxels(first, count)
         return [signed(word, CODES["offset_bits"]) for word in self._read_table("offsets", first, count)]
 
     def get_gains(self, first: int, count: int) -> list[int]:
+        self._require_taxels(first, count)
         return self._read_table("gains", first, count)
 
     def set_repairs(self, repairs: Mapping[int, Mapping[int, float]]) -> None:
@@ -142,6 +144,11 @@ class Core:
         self._write("REPAIRS", 0)
         self._write_table("repairs", 0, words)
         self._write("REPAIRS", packed("REPAIRS", words=len(words)))
+
+    def get_repairs(self) -> list[int]:
+        """The words of the table that are used, as :func:`repair_words` makes them, of the stopped core."""
+        self._require_stopped()
+        return self._read_table("repairs", 0, self._get("REPAIRS", "words"))
 
     def tare(self, log2_frames: int) -> None:
         """Start the stopped core; 2^log2_frames frames, 0 to 6, become the offsets."""
@@ -245,7 +252,6 @@ class Core:
             raise DeviceError(f"{table} arrived with another checksum")
 
     def _read_table(self, table: str, first: int, count: int) -> list[int]:
-        self._require_taxels(first, count)
         words = []
         for index in range(first, first + count):
             place = packed("CALIBRATION_PLACE", index=index, kind=CONSTANTS["tables"][table])
