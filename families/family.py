@@ -109,6 +109,8 @@ class Family:
     prepare: Callable[[Netlist, str, Any], Counter[str]] | None = field(default=None, repr=False)
     """Changes a top module of yosys' netlist as vendors' tools do, hard blocks at a target's ``floor`` if it has one;
     returns how many cells of each type were added."""
+    rules: tuple[str, ...] = ()
+    """Modules that ``prepare`` is made of, which need Python alone, in the order of their imports."""
     registers: bool = False
     """Does ``prepare`` move registers into block memories and multipliers?"""
     place_and_route: PlaceAndRoute | None = None

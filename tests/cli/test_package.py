@@ -57,7 +57,7 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
         *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", *C_FILES)),
         *(f"python/{name}" for name in ("tfra_host/constants.json", *PYTHON_FILES)),
         *("registers/tfra.h", "registers/tfra.html", "registers/tfra.xml"),
-        *("boards/talk.py", "boards/line.json"),
+        *("boards/talk.py", "boards/line.json", "netlist/prepare.py"),
         *("boards/ulx3s/top.v", "boards/ulx3s/ulx3s.lpf", "boards/ulx3s/build.sh"),
     }
     lines = (folder / "package" / "README.md").read_text().splitlines()

@@ -1,0 +1,37 @@
+"""``netlist/prepare.py``: a family's changes of a netlist before place and route, as a program of their own."""
+
+import inspect
+import re
+from importlib import import_module
+
+from tfra.codegen.package.contents import Contents
+from tfra.families import targets_of
+
+_IMPORT = re.compile(r"^(?:import|from) .*\n", re.M)
+
+
+def rules(contents: Contents) -> dict[str, str]:
+    """The program, for a family with such changes: the texts of its rules, which need Python alone, one after another.
+
+    What ``tfra synth`` does to a netlist, the package's scripts do by it.
+    """
+    family = contents.part.target.family
+    if not family.prepare:
+        return {}
+    texts = [inspect.getsource(import_module(name)) for name in family.rules]
+    texts = [re.sub(r'\A"""(.*?)"""\n', _comment, text, flags=re.S) for text in texts]
+    imports = {line for text in texts for line in _IMPORT.findall(text) if "tfra." not in line}
+    floors = {target.part: target.floor for target in targets_of(family)}
+    program = contents.fill(
+        "prepare.py.txt",
+        family=family.title,
+        imports="".join(sorted(imports)),
+        rules="\n\n".join(_IMPORT.sub("", text).strip() + "\n" for text in texts),
+        prepare=inspect.getsource(family.prepare),
+        floors="\n".join(f'    "{part}": {floor},' for part, floor in floors.items()),
+    )
+    return {"netlist/prepare.py": program}
+
+
+def _comment(docstring: re.Match[str]) -> str:
+    return "".join(f"# {line}".rstrip() + "\n" for line in docstring[1].strip().splitlines())
