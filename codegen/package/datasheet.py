@@ -15,7 +15,7 @@ from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
-from tfra.hdl.ip.wrapper import latencies
+from tfra.hdl.ip.wrapper import interval, latencies
 from tfra.hdl.uart.bridge import WORD_BYTES
 from tfra.model.cover.scenes import known_contacts
 from tfra.model.fixed.design import Design
@@ -70,7 +70,7 @@ def _cycles(contents: Contents) -> Table:
         "from s_axis_tlast to m_axis_tlast": last,
         "the first of these at most, frames back to back": most_first,
         "the second of these at most, frames back to back": most_last,
-        "from frame to frame, back to back, on average": core.initiation_interval,
+        "from frame to frame, back to back, on average": interval(core),
         "core alone: from its last taxel to its first result word": core.latency,
         "core alone: from its last taxel to its last result word": core.frame_latency,
     }
@@ -150,7 +150,7 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "short_beats": HEADER_WORDS + design.frame_words - forces,
         "word_bytes": WORD_BYTES,
         "basis": escape(part.basis),
-        "rate": f"{1e6 * part.target.clock_mhz / facts['interval_cycles']:,.0f}",
+        "rate": f"{1e6 * part.target.clock_mhz / interval(contents.core):,.0f}",
         "first_us": f"{part.microseconds(first):,.1f}",
         "most_us": f"{part.microseconds(most):,.1f}",
         "apart": f"{last:,}",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.bus.map import BITS, Field, Kind, Register, RegisterMap
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import interval
 from tfra.model.choices import KINDS
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
@@ -149,7 +150,7 @@ def parameters(design: Design) -> dict[str, int]:
         "COEFFICIENT_BITS": design.coefficient_word,
         "RESULT_LENGTH": design.frame_words,
         "LATENCY_CYCLES": facts["axi_latency_cycles"]["first_word"],
-        "INTERVAL_CYCLES": core.initiation_interval,
+        "INTERVAL_CYCLES": interval(core),
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
         "TAXELS_PER_BEAT": design.bus.taxels_per_beat,
         "REPAIR_PLACES": repair_places(design.sensor.taxels),

@@ -13,7 +13,7 @@ from tfra.hdl.front_end.unit import PAGES, FrontEnd
 from tfra.hdl.interface import ports
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.ip.control import Control
-from tfra.hdl.ip.framer import Framer
+from tfra.hdl.ip.framer import HEADER_WORDS, Framer
 from tfra.hdl.ip.load import Load
 from tfra.hdl.ip.output_stage import OUTPUT_BEAT, OutputStage
 from tfra.hdl.ip.width_converter import WidthConverter, input_beat
@@ -24,14 +24,21 @@ def latencies(core: Microarchitecture) -> tuple[int, int, int, int]:
     """Cycles from the transfer of a frame's last beat to those of its first and its last result word behind AXI.
 
     First the wrapper and ``core`` being idle, then the most when frames come back to back.  The whole frame passes to
-    the core after its last beat, which comes after the frame ``PAGES`` before it has passed.
+    the core after its last beat, which comes after the frame ``PAGES`` before it has passed.  Headers delay frames that
+    leave without a pause.
     """
     taxels = core.design.sensor.taxels
     converter = WidthConverter.latency(taxels, core.design.bus.taxels_per_beat)
     idle = converter + FrontEnd.latency + core.intake + OutputStage.latency
-    queued = converter - taxels + OutputStage.latency
+    queued = converter - taxels + HEADER_WORDS + OutputStage.latency
     first, last = core.queued(PAGES)
+    queued += (interval(core) - core.initiation_interval) * -(-last // core.initiation_interval)
     return core.latency + idle, core.frame_latency + idle, first + queued, last + queued
+
+
+def interval(core: Microarchitecture) -> int:
+    """Cycles from one frame to the next behind AXI when frames come back to back, on average."""
+    return max(core.initiation_interval, HEADER_WORDS + core.design.frame_words)
 
 
 class Wrapper(wiring.Component):

@@ -174,19 +174,15 @@ class Interpreter:
             self.t, self.k = 2 * source.bit_length() - (source > 0) if i.op == Op.LENGTH else self._shifted(source), 0
             return address, self.t
         if i.op == Op.MUL:
-            self._multiply(source)
+            if wrap(source, self.sizes.multiplicand) != source:
+                raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
+            self.coming_products.append((self.cycle + isa.MUL_DELAY, wrap(source * self.y, self.sizes.word)))
         elif i.op == Op.MAC:
             self._mac(address, self.lengths[i.left])
         if i.op in isa.NO_RESULT:
             return address, None
         result = self._result(i, self._left(i), source)
         return address, None if result is None else self._deliver(i, address, result)
-
-    def _multiply(self, source: int) -> None:
-        bits = self.sizes.multiplicand
-        if wrap(source, bits) != source:
-            raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
-        self.coming_products.append((self.cycle + isa.MUL_DELAY, wrap(source * self.y, self.sizes.word)))
 
     def _left(self, i: Instruction) -> int:
         if i.left == Left.ZERO:

@@ -133,7 +133,7 @@ def _enter_taxel(w: TfraWriter) -> None:
     first division (for B^z) the second one's dividend, in the second one (for B^xy) the entries for B^z.  The next
     taxel is fetched while the last pointer settles.
     """
-    a, (_, _, xy_height, xy_slope) = w.assembler, w.map.tables
+    a, (z_height, z_slope, xy_height, xy_slope) = w.assembler, w.map.tables
     with a.deferred() as dividend_of_xy:  # R5 = S - x, R4 = the dividend for the term of B^xy
         a.add(R4, R4, R4)
         a.add(R4, R4, R4)
@@ -142,8 +142,13 @@ def _enter_taxel(w: TfraWriter) -> None:
         a.sub(R4, ZERO, R5, When.F0)
         a.add(R4, R4, R2)
         a.add(R4, R4, imm(-1), When.NOT_F0)
-    with a.deferred() as entry_of_z:
-        _entry_of_z(w)
+    with a.deferred() as entry_of_z:  # of B^z at pointer 1, and what counts from the first candidate on
+        a.add(w.at("b_z_start"), R3, w.at("b_z_start"), When.F0)
+        a.add(mem(z_slope, 1), R2, mem(z_slope, 1))
+        a.add(mem(z_height, 1), R0, mem(z_height, 1))
+        a.add(w.at("b_z_slope"), R1, w.at("b_z_slope"), When.F0)
+        a.add(w.at("b_xy_start"), R5, w.at("b_xy_start"), When.NOT_F0)
+        a.add(w.at("b_xy_slope"), R2, w.at("b_xy_slope"), When.NOT_F0)
     a.add(R0, R2, R3, When.F0)
     a.sub(R0, R2, R3, When.NOT_F0)
     a.add(R0, R0, imm(-1), When.F0)
@@ -156,17 +161,6 @@ def _enter_taxel(w: TfraWriter) -> None:
     _fetch_taxel(w)
     a.add(mem(xy_slope, 1), R2, mem(xy_slope, 1))
     a.add(mem(xy_height, 1), R4, mem(xy_height, 1))
-
-
-def _entry_of_z(w: TfraWriter) -> None:
-    """Enter the term of B^z at the candidate in pointer 1, and what counts from the first candidate on."""
-    a, (z_height, z_slope, _, _) = w.assembler, w.map.tables
-    a.add(w.at("b_z_start"), R3, w.at("b_z_start"), When.F0)
-    a.add(mem(z_slope, 1), R2, mem(z_slope, 1))
-    a.add(mem(z_height, 1), R0, mem(z_height, 1))
-    a.add(w.at("b_z_slope"), R1, w.at("b_z_slope"), When.F0)
-    a.add(w.at("b_xy_start"), R5, w.at("b_xy_start"), When.NOT_F0)
-    a.add(w.at("b_xy_slope"), R2, w.at("b_xy_slope"), When.NOT_F0)
 
 
 def _divide(w: TfraWriter, word: isa.Operand, pauses: list[isa.Instruction]) -> None:
