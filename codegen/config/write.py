@@ -46,10 +46,11 @@ Sections = dict[str, Mapping[str, Value]]
 """Keys and values by the name of their section, which is empty for those in front of all sections."""
 
 
-def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | None = None) -> str:
+def config_text(design: Design, layer: LayerSpec | None, comment: str, weights: str | None = None) -> str:
     """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.read.load` makes the same design of it.
 
-    ``weights`` names the file of the learned estimator; with None, the estimator is TFRA.
+    Without a ``layer``, the cover is the default one.  ``weights`` names the file of the learned estimator; with None,
+    the estimator is TFRA.
     """
     lines = [f"# {line}" for line in comment.splitlines()]
     for title, keys in (sections(design, layer) | _estimator(design, weights)).items():
@@ -58,10 +59,11 @@ def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | N
     return "\n".join(lines) + "\n"
 
 
-def sections(design: Design, layer: LayerSpec) -> Sections:
+def sections(design: Design, layer: LayerSpec | None) -> Sections:
     """What CONFIG says of ``design`` and the cover."""
     architecture, formats = design.architecture, design.formats
     lengths = ("coefficient", "operand", "vector_fraction", "force_fraction")
+    cover = ("poisson", "sampling", "solver")
     lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
     return {
         "": {"name": design.name},
@@ -73,7 +75,7 @@ def sections(design: Design, layer: LayerSpec) -> Sections:
         "architecture": {"kind": architecture.kind, **(lanes if architecture.kind == "parallel" else {})},
         "target": {"name": design.target, "images": design.images},
         "bus": _keys(design.bus),
-        "layer": _keys(layer, ("poisson", "sampling", "solver")) | {"element_mm": millimetres(layer.element)},
+        "layer": _keys(layer, cover) | {"element_mm": millimetres(layer.element)} if layer else {},
     }
 
 

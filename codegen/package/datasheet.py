@@ -13,11 +13,13 @@ from tfra.codegen.package.contents import Contents, template
 from tfra.codegen.registers.files import register_table
 from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.sidecar.schema import Port
+from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.wrapper import ports_of
+from tfra.hdl.bus.axi_lite import AxiLite
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
 from tfra.hdl.ip.wrapper import interval, latencies
 from tfra.hdl.uart.bridge import WORD_BYTES
-from tfra.model.cover.scenes import known_contacts
+from tfra.model.cover.scenes import contact_codes, known_contacts
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.fixed.words import decode
@@ -44,7 +46,7 @@ def _output_words(contents: Contents) -> Table:
     errors = contents.registers["ERRORS"].fields
     fields = zip(contents.design.layout, contents.facts["result"]["fields"], strict=True)
     rows = [
-        ("0", "15:0", "sequence", "", "1", "frames that arrived since the reset, good or bad, from 0: a gap is a loss"),
+        ("0", "15:0", "sequence", "", "1", "frames since a reset or soft reset, good or bad, from 0: a gap is a loss"),
         ("0", "31:16", "user", "", "1", "s_axis_tuser of the frame"),
         *((f"{HEADER_WORDS - 1}", f"{f.low}", f.name, "", "", f.text) for f in errors if f.name in FAULTS),
         ("1", "31:24", "format", "", "1", "1: this format; all other bits of the beat are 0"),
@@ -59,6 +61,21 @@ def _word(field: Field, facts: dict[str, Any]) -> tuple[str, ...]:
     bits = f"{field.bits - 1}:0, {'sign' if field.signed else 'zeros'} above"
     unit = "" if field.unit == "1" else f" {field.unit}"
     return beats, bits, field.name, facts["format"], f"{field.lsb:.6g}{unit}", facts["meaning"]
+
+
+def _example(design: Design) -> Table:
+    """What the core makes of the first frame of its testbench: three words of each field at most, in units."""
+    words = design.model(contact_codes(design, testbench.CONTACTS, testbench.SEED)[:1]).words
+    (exponent,) = next(words[:, field.start] for field in design.layout if field.name == "exponent")
+    rows = []
+    for field in design.layout:
+        factor = field.lsb * 2.0 ** -int(exponent) if field.unit == "N" else field.lsb
+        for start in range(field.start, field.start + min(field.count, 3)):
+            word = int(words[0, start])
+            beat = f"0x{word % (1 << 8 * WORD_BYTES):08X}"
+            value = f"{word * factor:.6g} {field.unit.strip('1')}".strip()
+            rows.append((HEADER_WORDS + start, field.name, beat, word, value))
+    return Table("Example", ("beat", "word", "as it is sent", "number", "value"), rows, (1,))
 
 
 def _cycles(contents: Contents) -> Table:
@@ -109,6 +126,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "core_ports": _ports("Ports of the core", core_ports(contents.design)),
         "output_words": _output_words(contents),
         "status_bits": Table("Status", ("bit", "name", "meaning"), status, (0, 1, 2)),
+        "example": _example(contents.design),
         "cycles": _cycles(contents),
         "resources": Table("Resources", ("", "core", contents.part.target.name, ""), resources),
         "registers": register_table(contents.registers),
@@ -118,7 +136,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "blocks": contents.fill("blocks.svg"),
         "contacts": count,
         "load": _load(contents),
-        "instance": escape(instance(contents)),
+        "pins": ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.design)),
         "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in rules),
     }
     shown = {name: value.html() if isinstance(value, Table) else value for name, value in values.items()}
@@ -149,6 +167,7 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "output_beats": HEADER_WORDS + design.frame_words,
         "short_beats": HEADER_WORDS + design.frame_words - forces,
         "word_bytes": WORD_BYTES,
+        "answer_cycles": AxiLite.latency,
         "basis": escape(part.basis),
         "rate": f"{1e6 * part.target.clock_mhz / interval(contents.core):,.0f}",
         "first_us": f"{part.microseconds(first):,.1f}",
@@ -179,9 +198,3 @@ def _load(contents: Contents) -> str:
     image = b"".join((int(word) & 0xFFFFFFFF).to_bytes(4, "little") for word in words)
     crc, bits = f"0x{zlib.crc32(image):08X}", contents.design.coefficient_word
     return contents.fill("datasheet_load.html", count=f"{len(words):,}", crc=crc, bits=bits)
-
-
-def instance(contents: Contents) -> str:
-    """An instance of the wrapper in Verilog, with wires of the ports' names."""
-    rows = ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.design))
-    return f"  {contents.wrapper} {contents.name}_0 (\n{rows}\n  );"

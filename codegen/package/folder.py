@@ -1,10 +1,12 @@
 """All files of a package, which drops into the FPGA project of a user; here those for tools, and the README."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
+from importlib.metadata import files as installed
 from typing import Any
 
 from tfra.codegen.config.names import check_packaged
+from tfra.codegen.config.write import config_text
 from tfra.codegen.package.boards import boards
 from tfra.codegen.package.contents import Contents, Part
 from tfra.codegen.package.datasheet import datasheet
@@ -27,6 +29,8 @@ _FILES = (
     ("{name}.v", "the core alone, in one file of plain Verilog; its head states ports, rules and words"),
     ("{name}.json", "the same facts for programs"),
     (LOADED, "coefficients, loaded after every reset"),
+    ("{name}.toml", "the configuration that all of this is made from; trained weights are a file of their own"),
+    ("LICENSE", "of all of this"),
     ("{name}.core", "FuseSoC: targets sim, lint and synth"),
     ("testbench/{name}_tb.v", "checks every result word of the core in any simulator: its head has a command"),
     ("core.schema.json", "JSON Schema of {name}.json: what each of its keys means"),
@@ -45,6 +49,13 @@ _FILES = (
 )
 
 
+def origin(contents: Contents) -> dict[str, str]:
+    """The design's configuration, and the generator's licence, which is that of what it copies into a package."""
+    config = config_text(contents.design, None, "Every key of the core.", f"{contents.name}.weights.npz")
+    (licence,) = (file.read_text() for file in installed("tfra") or () if file.name == "LICENSE")
+    return {f"{contents.name}.toml": config, "LICENSE": licence}
+
+
 def constraints(contents: Contents) -> dict[str, str]:
     """The clock's period in Synopsys' format, for the wrapper and for the core, whichever is the top module."""
     return {f"constraints/{contents.name}.sdc": contents.fill("constraints.sdc")}
@@ -52,7 +63,7 @@ def constraints(contents: Contents) -> dict[str, str]:
 
 def vivado(contents: Contents) -> dict[str, str]:
     """A script that packages the wrapper as an IP core, and its constraints; none for the cells of other families."""
-    if _project(contents.design)[0] != "vivado":
+    if contents.design.target in FAMILIES:
         return {}
     script = contents.fill(
         "package_ip.tcl",
@@ -87,28 +98,20 @@ def litex(contents: Contents) -> dict[str, str]:
 
 def fusesoc(contents: Contents) -> dict[str, str]:
     """The package in CAPI2, with targets ``default``, ``sim`` (Icarus), ``lint`` (Verilator) and ``synth``."""
-    flow, options = _project(contents.design)
-    if contents.design.target in FAMILIES:
+    family = FAMILIES.get(contents.design.target)
+    flow, options = (family or xilinx.FAMILY).project
+    if family:
         options = {**options, "nextpnr_options": [*contents.part.target.device]}
     rtl = [*contents.rtl, *(f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images)]
     text = contents.fill(
         "fusesoc.core",
         description=json.dumps(f"Computes {contents.facts['computes']}"),
-        rtl=_listed(rtl),
-        modelled=_listed([*rtl, *contents.cells]),
+        rtl=", ".join(rtl),
+        modelled=", ".join([*rtl, *contents.cells]),
         flow=flow,
         options=json.dumps(options),
     )
     return {f"{contents.name}.core": text}
-
-
-def _project(design: Design) -> tuple[str, Mapping[str, Any]]:
-    """FuseSoC's flow for the design's cells, and its options; Vivado's for a portable one."""
-    return FAMILIES.get(design.target, xilinx.FAMILY).project
-
-
-def _listed(names: Iterable[str]) -> str:
-    return f"[{', '.join(names)}]"
 
 
 def readme(contents: Contents) -> dict[str, str]:
@@ -123,6 +126,7 @@ def readme(contents: Contents) -> dict[str, str]:
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.design)},
     lambda contents: {"core.schema.json": schema()},
+    origin,
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
     lambda contents: contents.cells,

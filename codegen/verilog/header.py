@@ -12,7 +12,13 @@ def header(facts: dict[str, Any], cells: Sequence[str]) -> str:
 
     No line begins with the name of a tool, which would take it for a command.
     """
-    sections = {"Frames": frame_lines(facts), "Cycles": _cycles(facts), "Beside this file": _files(facts, cells)}
+    latency = facts["latency_cycles"]
+    cycles = [
+        f"from the last taxel to the first result word: {latency['first_word']}, when the core is idle",
+        f"from the last taxel to the last result word: {latency['last_word']}",
+        f"from frame to frame, when they come back to back: {facts['interval_cycles']}",
+    ]
+    sections = {"Frames": frame_lines(facts), "Cycles": cycles, "Beside this file": _files(facts, cells)}
     return head(facts, "", f"Computes {facts['computes']}.", facts["ports"], facts["rules"], sections)
 
 
@@ -32,7 +38,8 @@ def head(
         *wrapped(text),
     ]
     stated = (line for name, rule in rules.items() for line in wrapped(f"{name}: {rule}.", 2))
-    for title, found in {"Ports": _port_lines(ports), "Rules": stated, **sections}.items():
+    pins = (f"{port['name']:<15}{port['direction']:<5}{port['bits']:>3}  {port['note']}" for port in ports)
+    for title, found in {"Ports": pins, "Rules": stated, **sections}.items():
         lines += ["", f"{title}:", *(f"  {line}" for line in found)]
     return "".join(f"// {line}".rstrip() + "\n" for line in lines)
 
@@ -40,12 +47,6 @@ def head(
 def wrapped(text: str, indent: int = 0) -> list[str]:
     """``text`` in lines; those after the first are indented by ``indent``."""
     return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * indent)
-
-
-def _port_lines(ports: Iterable[dict[str, Any]]) -> Iterator[str]:
-    """A line for each of the sidecar's ``ports``."""
-    for port in ports:
-        yield f"{port['name']:<15}{port['direction']:<5}{port['bits']:>3}  {port['note']}"
 
 
 def frame_lines(facts: dict[str, Any]) -> Iterator[str]:
@@ -67,13 +68,6 @@ def frame_lines(facts: dict[str, Any]) -> Iterator[str]:
     yield "bits of status"
     for bit in result["status_bits"]:
         yield f"  {bit['bit']:<2} {bit['name']}: {bit['meaning']}"
-
-
-def _cycles(facts: dict[str, Any]) -> Iterator[str]:
-    latency = facts["latency_cycles"]
-    yield f"from the last taxel to the first result word: {latency['first_word']}, when the core is idle"
-    yield f"from the last taxel to the last result word: {latency['last_word']}"
-    yield f"from frame to frame, when they come back to back: {facts['interval_cycles']}"
 
 
 def _files(facts: dict[str, Any], cells: Sequence[str]) -> Iterator[str]:

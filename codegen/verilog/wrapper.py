@@ -148,22 +148,19 @@ def wrapper_verilog(design: Design) -> str:
 
 def header(design: Design, ports: Sequence[Port]) -> str:
     """Comment at the head: ``ports``, rules, frames, and where the registers are described."""
-    facts = sidecar(design)
+    facts, array, beat = sidecar(design), design.sensor, design.bus.taxels_per_beat
+    beats = -(-array.taxels // beat)
     text = f"Module {module_name(design)} has one instance of {design.name}, which is in {design.name}.v."
     sections = {
-        "Frames in": _frames_in(design),
+        "Frames in": [
+            f"{array.rows} x {array.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat",
+            f"a word has {design.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}",
+            "a frame of another length is dropped and counted",
+        ],
         "Frames out": _frames_out(design),
         "Registers": ["those of registers/tfra.h, from address 0 on; CONTROL.run = 1 starts the core"],
     }
     return head(facts, " behind AXI", text, [port.model_dump() for port in ports], RULES, sections)
-
-
-def _frames_in(design: Design) -> Iterator[str]:
-    sensor, beat = design.sensor, design.bus.taxels_per_beat
-    beats = -(-sensor.taxels // beat)
-    yield f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat"
-    yield f"a word has {design.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}"
-    yield "a frame of another length is dropped and counted"
 
 
 def _frames_out(design: Design) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """``tfra generate --package``: the folder, and answers to names and places that it can't have."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -7,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from tfra.cli.main import main
+from tfra.codegen.config.read import load
 from tfra.codegen.package.drivers import C_FILES, PYTHON_FILES
+from tfra.codegen.sidecar.build import sidecar
 
 CONFIG = """
 [sensor]
@@ -52,7 +55,7 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
     for name in core - {"tfra-manifest.json"}:
         assert (folder / "core" / name).read_bytes() == (folder / "package" / name).read_bytes(), name
     assert package - core == {
-        *("README.md", "datasheet.html", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
+        *("LICENSE", "README.md", "datasheet.html", "skin.toml", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
         *("skin_axi.v", "core.schema.json", "vivado/package_ip.tcl", "vivado/skin_axi.xdc", "driver/tfra_constants.h"),
         *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", *C_FILES)),
         *(f"python/{name}" for name in ("tfra_host/constants.json", *PYTHON_FILES)),
@@ -60,6 +63,9 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
         *("boards/talk.py", "boards/line.json", "netlist/prepare.py"),
         *("boards/ulx3s/top.v", "boards/ulx3s/ulx3s.lpf", "boards/ulx3s/build.sh"),
     }
+    hashes = [sidecar(load(file).design)["configuration_sha256"] for file in (folder / "package").glob("*.toml")]
+    assert hashes == [json.loads((folder / "package" / "skin.json").read_text())["configuration_sha256"]]
+    assert "Apache License" in (folder / "package" / "LICENSE").read_text()
     lines = (folder / "package" / "README.md").read_text().splitlines()
     listed = {line.split("`")[1] for line in lines if line.startswith("| `")}
     assert listed <= package

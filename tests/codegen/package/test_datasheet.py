@@ -16,10 +16,11 @@ from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import CONTACTS, SEED, accuracy, datasheet
 from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import core_ports, sidecar
+from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.wrapper import latencies
-from tfra.model.cover.scenes import known_contacts
+from tfra.model.cover.scenes import contact_codes, known_contacts
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import turn_deg
@@ -60,6 +61,19 @@ def test_every_beat_has_its_bits(sheet: tuple[Design, str]) -> None:
     header = "15:0 sequence 31:16 user 2 saturation 5 sequence_gap 7 simulated 8 out_of_range 9 stuck 31:24 format"
     assert [cell for row in rows if row[0] in "01" for cell in row[1:3]] == header.split()
     assert f"A frame has {2 + design.frame_words} beats" in page
+
+
+def test_the_example_is_the_first_frame_of_the_testbench(sheet: tuple[Design, str]) -> None:
+    design, page = sheet
+    words = design.model(contact_codes(design, testbench.CONTACTS, testbench.SEED)[:1]).words
+    result, rows = decode(design, words), table(page, "Example")
+    for beat, _, sent, number, _ in rows:
+        word = int(words[0, int(beat) - 2])
+        assert (int(sent, 16), int(number.replace(",", ""))) == (word % (1 << 32), word)
+    shown = {name: [float(row[4].split()[0]) for row in rows if row[1] == name] for name in ("resultant", "mu", "phi")}
+    assert shown["resultant"] == pytest.approx(result.resultant[0].tolist(), rel=1e-5)
+    assert shown["mu"] + shown["phi"] == pytest.approx([result.mu[0], result.phi_deg[0]], rel=1e-5)
+    assert {row[1] for row in rows} == {field.name for field in design.layout}
 
 
 def test_every_status_bit_register_and_port_is_there(sheet: tuple[Design, str]) -> None:
