@@ -1,20 +1,13 @@
 """``tfra generate``: the core in Verilog."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, failures, print_json, progress
 from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
-
-if TYPE_CHECKING:
-    from tfra.codegen.config.read import Project
-
 
 Package = Annotated[
     bool,
@@ -25,21 +18,34 @@ Package = Annotated[
 def generate(config: Config, out: OutDirectory, package: Package = False, json: Json = False) -> None:
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them.
 
-    Prints the condition number of the sensor, and how often the core is expected to agree with double precision.
+    Prints the condition number of the sensor, and how often the core is expected to agree with double precision; with
+    --package, a warning if the core, without its buses, fits no part of its family.
     """
+    from tfra.codegen.config.names import check_packaged
     from tfra.codegen.config.read import load
     from tfra.codegen.generate import generate as write
+    from tfra.codegen.verilog.wrapper import check_wrapped
     from tfra.model.fixed.feasibility import accuracy_estimate
+    from tfra.runtime.outputs import check_directory
     from tfra.runtime.processes import ToolError
-    from tfra.synth.estimate import part_of
+    from tfra.synth.estimate import misfits, part_of
 
     project = load(config)
     check_core(project)
-    if package:
-        _check_package(project, out, config)
+    if package:  # what would be refused after a minute
+        check_directory(out, "generate", [config])
+        try:
+            check_packaged(project.design.name)
+            check_wrapped(project.design)
+        except ValueError as error:
+            raise InputError(project.path, "", str(error)) from None
     with failures("generate", ToolError), progress("generating the core"):
         part = part_of(project.design) if package else None
         sidecar = write(project.design, out, [config], part)
+    if part:
+        used = {name: count for name, (count, _) in part.resources.items()}
+        if lacks := misfits(used, part.target, project.design.architecture.kind):
+            typer.echo(f"warning: {InputError(config, '', '; '.join(lacks))}", err=True)
     expected = accuracy_estimate(project.design)
     if json:
         print_json({**sidecar, "expected": asdict(expected)})
@@ -48,17 +54,3 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
         if expected.doubtful:
             typer.echo("the word lengths are short for this sensor: try formats.name = \"wide\", or tfra study")
         typer.echo(f"{out}: core {project.design.name}, described in {project.design.name}.json")
-
-
-def _check_package(project: Project, out: Path, config: Path) -> None:
-    """Raise ``InputError`` now for what would be refused after a minute: directory, name, word lengths."""
-    from tfra.codegen.config.names import check_packaged
-    from tfra.codegen.verilog.wrapper import check_wrapped
-    from tfra.runtime.outputs import check_directory
-
-    check_directory(out, "generate", [config])
-    try:
-        check_packaged(project.design.name)
-        check_wrapped(project.design)
-    except ValueError as error:
-        raise InputError(project.path, "", str(error)) from None

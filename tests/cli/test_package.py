@@ -9,8 +9,10 @@ import pytest
 
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
+from tfra.codegen.package.contents import Part
 from tfra.codegen.package.drivers import C_FILES, PYTHON_FILES
 from tfra.codegen.sidecar.build import sidecar
+from tfra.families import find
 
 CONFIG = """
 [sensor]
@@ -71,6 +73,22 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
     assert listed <= package
     for name in package:
         assert str(folder) not in (folder / "package" / name).read_text(), name
+
+
+def test_a_core_that_fits_no_part_is_warned_of(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = find("ecp5-25")
+    full = {name: (have, have) for name, have in target.available.items()}
+    more = full | {"LUT": (30000, target.available["LUT"])}
+    monkeypatch.setattr("tfra.synth.estimate.part_of", lambda design: Part(target, more, "a guess"))
+    monkeypatch.setattr("tfra.codegen.generate.generate", lambda *_: {"name": "skin"})
+    assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 0
+    lack = f"LUT: about 30,000 are needed, {target.name} has {target.available['LUT']:,}"
+    assert capsys.readouterr().err == f"warning: skin.toml: {lack}\n"
+    monkeypatch.setattr("tfra.synth.estimate.part_of", lambda design: Part(target, full, "a guess"))
+    assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.long
