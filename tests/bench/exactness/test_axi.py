@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,7 +11,12 @@ import pytest
 
 from bench.exactness.axi import differences, run, traffic, verilog
 from bench.exactness.campaign import untrained
+from bench.parts.axi_cost import PRESETS
+from bench.publish import ROOT
+from tfra.codegen.config.read import load
 from tfra.codegen.verilog.wrapper import module_name
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import latencies
 from tfra.model.choices import Architecture, Bus
 from tfra.model.fixed.design import Design
 
@@ -53,6 +59,17 @@ def test_a_hundred_frames() -> None:
 @pytest.mark.long
 def test_a_thousand_frames() -> None:
     assert outcome(lambda given: given, 1000, "verilator") == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [*PRESETS, "hertz_40x20", "rectangle_40x40", "skin_8x12"])
+def test_a_frame_takes_the_stated_cycles(name: str) -> None:
+    """Every preset behind AXI: from the first taxel of a frame that is alone to its last result word."""
+    design = replace(load(ROOT / "examples" / f"{name}.toml").design, target="portable")
+    core, frames = microarchitecture(design), traffic(design, 1, 1, malformed=0)
+    found = run(design, frames, "icarus" if core.loaded is None else "verilator", verilog(design), pauses=False)
+    assert differences(frames, found) == []
+    assert found["states"]["FRAME_CYCLES"] == design.sensor.taxels - 1 + latencies(core)[1]
 
 
 def in_wrapper(pattern: str, other: str) -> Callable[[Texts], Texts]:
