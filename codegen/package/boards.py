@@ -98,24 +98,19 @@ def boards(contents: Contents) -> dict[str, str]:
         return {}
     folder = f"boards/{board.name}"
     tuned = {"size": contents.part.target.part.rpartition("-")[2], "routing": " ".join(tool.routing)}
-    return {
-        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", **tuned) for file in board.files},
-        f"{folder}/top.v": plain_verilog(to_rtlil(BoardTop(contents.design, board), TOP), TOP, PORTS),
-        "boards/talk.py": contents.fill("talk.py.txt", baud=BAUD),
-        "boards/line.json": json.dumps(_line(contents)) + "\n",
-    }
-
-
-def _line(contents: Contents) -> dict[str, object]:
-    """What the host's program needs: sizes of words in bytes, and frames with the words that are due for them."""
-    design = contents.design
+    design, loaded = contents.design, contents.core.loaded
     codes = contact_codes(design, _CHECKED, _SEED)
-    words, loaded = design.model(codes).words, contents.core.loaded
-    return {
+    line = {  # what the host's program needs: sizes of words in bytes, and frames with the words that are due for them
         "code_bytes": CODE_BYTES,
         "word_bytes": WORD_BYTES,
         "coefficient_bytes": 0 if loaded is None else coefficient_bytes(design),
         "coefficient_bits": design.coefficient_word,
         "codes": codes.reshape(len(codes), -1).tolist(),
-        "words": np.asarray(words).tolist(),
+        "words": np.asarray(design.model(codes).words).tolist(),
+    }
+    return {
+        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", **tuned) for file in board.files},
+        f"{folder}/top.v": plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, PORTS),
+        "boards/talk.py": contents.fill("talk.py.txt", baud=BAUD),
+        "boards/line.json": json.dumps(line) + "\n",
     }
