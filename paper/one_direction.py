@@ -22,7 +22,8 @@ def fig2(setup: Setup) -> Picture:
     """The stress surface and its map with both centroids."""
     stress = setup.stress(setup.contacts([PHI]))[0]
     x, y = setup.project.design.sensor.positions()
-    compression, traction = (_centroid(part, x, y) for part in (np.minimum(stress, 0), np.maximum(stress, 0)))
+    parts = (np.minimum(stress, 0).ravel(), np.maximum(stress, 0).ravel())
+    compression, traction = (np.asarray([part @ x, part @ y]) / float(part.sum()) for part in parts)
     compression, traction = rounded({"c": compression, "t": traction}).values()
     step = compression - traction
     phi = float(np.degrees(np.arctan2(step[1], step[0])))
@@ -38,10 +39,6 @@ def fig2(setup: Setup) -> Picture:
     )
     title = f"Stress surface with its centroids, {setup.title}, φ = {PHI}°"
     return Picture("fig2", title, columns, _draw_stress(setup, columns, compression, traction), text)
-
-
-def _centroid(part: Floats, x: Floats, y: Floats) -> Floats:
-    return np.asarray([part.ravel() @ x, part.ravel() @ y], dtype=np.float64) / float(part.sum())
 
 
 def _draw_stress(setup: Setup, columns: Columns, compression: Floats, traction: Floats) -> Figure:

@@ -30,7 +30,8 @@ def opened(file: Path) -> Iterator[BinaryIO]:
     """
     try:
         _require_regular(file, os.stat(file).st_mode)
-        with open(file, "rb", opener=_without_waiting) as stream:
+        # It may have become a pipe since, so it is opened without waiting and checked again.
+        with open(file, "rb", opener=lambda path, flags: os.open(path, flags | os.O_NONBLOCK)) as stream:
             _require_regular(file, os.fstat(stream.fileno()).st_mode)
             yield stream
     except OSError as error:
@@ -47,11 +48,6 @@ def no_memory(file: Path, error: MemoryError) -> InputError:
 def memory() -> int:
     """Bytes of memory that this machine has."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-
-
-def _without_waiting(path: str, flags: int) -> int:
-    """Check the open file again: it may have become a pipe since the first check."""
-    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _require_regular(file: Path, mode: int) -> None:

@@ -39,7 +39,9 @@ def page(report: Report) -> str:
     )
     opening = [paragraph(verdict, kind), *(paragraph(line, "answer failed") for line in _complaints(report))]
     sections = [Section(name, table.title, [table.html()]) for name, table in _tables(report).items()]
-    sections.insert(1, Section("status", "Frames by status", [_status_bars(report)]))
+    seen = ((name, count) for name, count in report.status.items() if count)
+    rows = [(_reason(name), count / report.frames, f"{count:,} frames") for name, count in seen]
+    sections.insert(1, Section("status", "Frames by status", [bars("Frames by status", rows)]))
     return html_page(f"{report.name}: the core against its model", opening, sections)
 
 
@@ -63,12 +65,6 @@ def _complaints(report: Report) -> Iterator[str]:
     if report.first:
         yield f"first mismatch: {report.first}"
     yield from (f"stream rule broken: {violation}" for violation in report.violations)
-
-
-def _status_bars(report: Report) -> str:
-    """The number of frames with each status: the coverage of the stimuli."""
-    rows = [(_reason(name), count / report.frames, f"{count:,} frames") for name, count in report.status.items()]
-    return bars("Frames by status", [row for row in rows if row[1]])
 
 
 def _summary(report: Report) -> Table:

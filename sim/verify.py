@@ -82,6 +82,7 @@ def _report(runs: Sequence[PatternRun], waves: Path | None) -> Report:
     for against, why in (("float", special), ("contact", unfit)):
         reasons[against] = np.full(len(whole), NOT_RETURNED, dtype=object)
         reasons[against][whole] = why
+    flagged = {str(flag.name): int((result.status & flag != 0).sum()) for flag in design.status_bits}
     return Report(
         name=design.name,
         simulator=first.simulator,
@@ -93,7 +94,7 @@ def _report(runs: Sequence[PatternRun], waves: Path | None) -> Report:
         first=wrong.first_mismatch() if wrong else None,
         violations=tuple(f"stalls {run.pattern}: {note}" for run in runs for note in run.violations),
         timing=_timing(first),
-        status=_status_counts(design, result),
+        status={"none": int((result.status == 0).sum()), **flagged},
         against_float=_float_errors(design, returned, result, special == ""),
         against_contact=_contact_errors(returned, result, unfit == ""),
         accounts=_accounts(stimuli.kinds, reasons),
@@ -145,12 +146,6 @@ def _accounts(kinds: npt.NDArray[np.str_], reasons: Mapping[str, Reasons]) -> tu
             compared = counts.pop("", 0)
             rows.append(Account(kind, against, compared + counts.total(), compared, dict(counts)))
     return tuple(rows)
-
-
-def _status_counts(design: Design, result: Result) -> dict[str, int]:
-    """Numbers of frames without status, and with each bit of it."""
-    counts = {"none": int((result.status == 0).sum())}
-    return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in design.status_bits}
 
 
 def _float_errors(design: Design, stimuli: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:

@@ -19,7 +19,6 @@ def rules(contents: Contents) -> dict[str, str]:
     if not family.prepare:
         return {}
     texts = [inspect.getsource(import_module(name)) for name in family.rules]
-    texts = [re.sub(r'\A"""(.*?)"""\n', _comment, text, flags=re.S) for text in texts]
     imports = {line for text in texts for line in _IMPORT.findall(text) if "tfra." not in line}
     floors = {target.part: target.floor for target in targets_of(family)}
     program = contents.fill(
@@ -31,7 +30,3 @@ def rules(contents: Contents) -> dict[str, str]:
         floors="\n".join(f'    "{part}": {floor},' for part, floor in floors.items()),
     )
     return {"netlist/prepare.py": program}
-
-
-def _comment(docstring: re.Match[str]) -> str:
-    return "".join(f"# {line}".rstrip() + "\n" for line in docstring[1].strip().splitlines())

@@ -164,7 +164,8 @@ def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     """Return the probable cause of a wrong number of ``cells``."""
     taxels, skip, more = table.sensor.taxels, table.skip, len(cells) - table.width
     commas = len(cells) == 2 * taxels and table.separator == ","
-    time = more == 1 and not skip and _may_be_time([cells[0] for _, cells in lines])
+    firsts = [float(cells[0]) for _, cells in lines if _is_number(cells[0])]  # text as 12:30:01 may be a time, too
+    time = more == 1 and not skip and all(one < next_ for one, next_ in pairwise(firsts))
     other_columns = 1 < more <= _LIKE_A_TIME or (more == 1 and skip)
     hints = (
         (commas, "are these decimal commas? then numbers need another separator"),
@@ -173,12 +174,6 @@ def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
         (other_columns, f"are the first {skip + more} columns no taxels? (--skip-columns {skip + more})"),
     )
     return next((hint for holds, hint in hints if holds), "")
-
-
-def _may_be_time(column: list[str]) -> bool:
-    """Text as 12:30:01, or numbers that rise."""
-    numbers = [float(cell) for cell in column if _is_number(cell)]
-    return all(one < next_ for one, next_ in pairwise(numbers))
 
 
 def _is_number(cell: str) -> bool:

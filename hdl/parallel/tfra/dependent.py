@@ -238,7 +238,9 @@ class Dependent(wiring.Component):
         negative = [Signal(name=f"{name}_negative", reset_less=True) for name in names]
         aligned, _ = align(m, exact, exact[-1], lookahead(m, cycle, once(_ZEROS_U)))
         sign = register(m, aligned[-1], "sign")
-        rounded = register(m, _round_magnitude(aligned, bits), "magnitude")
+        # The magnitude of ``round_top(aligned, bits)`` with a single addition, not yet limited: negative words round
+        # half up as their complements do, -((v + 1) >> 1) = (~v + 1) >> 1.
+        rounded = register(m, round_off(magnitude_bits(aligned[len(aligned) - bits - 1 :]), 1), "magnitude")
         with m.If(lookahead(m, cycle, _LIMIT_U)):
             limited = Mux(rounded[-1] & ~sign, (1 << (bits - 1)) - 1, rounded)
             m.d.sync += size[0].eq(limited)
@@ -272,12 +274,3 @@ class Dependent(wiring.Component):
                 affine[name].eq(divider.o.payload),
             ]
         m.d.comb += self.affine.valid.eq(self._dividers[0].o.valid)  # both take the same time
-
-
-def _round_magnitude(aligned: Value, bits: int) -> Value:
-    """Magnitude of ``round_top(aligned, bits)``, unsigned ``bits``, with a single addition; not yet limited.
-
-    Negative words round half up as their complements do: -((v + 1) >> 1) = (~v + 1) >> 1.
-    """
-    value = aligned[len(aligned) - bits - 1 :]
-    return round_off(magnitude_bits(value), 1)

@@ -52,12 +52,6 @@ def store_address(design: Design, vectors: int = 1) -> wiring.Signature:
     )
 
 
-def store_write(design: Design, vectors: int = 1) -> wiring.Signature:
-    """A beat's words and their write address, while ``valid``."""
-    words = {"valid": Out(1), "words": Out(vector_beat(design))}
-    return wiring.Signature({**store_address(design, vectors).members, **words})
-
-
 class Store(wiring.Component):
     """A memory of vectors: ``FRAMES`` places of ``vectors`` vectors each, written and read a beat at a time.
 
@@ -71,7 +65,11 @@ class Store(wiring.Component):
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
         self._design, self._vectors, self._headroom = design, vectors, headroom
         super().__init__({
-            "write": In(store_write(design, vectors)),  # a beat to be written
+            "write": In(wiring.Signature({  # a beat to be written, while ``valid``
+                **store_address(design, vectors).members,
+                "valid": Out(1),
+                "words": Out(vector_beat(design)),
+            })),
             "read": In(store_address(design, vectors)),  # address of the beat that is read, in every cycle
             "beat": Out(vector_beat(design)),  # the beat that was read, ``READ`` cycles later
             # That of the words of ``beat``, beside it; zero where it is not asked for.

@@ -23,12 +23,6 @@ _SMALLER = 2
 """Cycles in which the smaller of two words is found: comparison, choice."""
 
 
-def row_layout(design: Design) -> data.StructLayout:
-    """The sums of one candidate."""
-    w = design.widths
-    return data.StructLayout({"z": unsigned(w.b_z), "xy": unsigned(w.b_xy)})
-
-
 def winner_latency(design: Design) -> int:
     """Cycles from the last row to the pulse ``found``; all rows once more if there is a tolerance."""
     pair = at_once(design) - 1
@@ -72,8 +66,9 @@ class Winner(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design, self._ways = design, at_once(design)
+        row = data.StructLayout({"z": unsigned(design.widths.b_z), "xy": unsigned(design.widths.b_xy)})
         super().__init__({
-            "rows": In(row_layout(design)).array(self._ways),  # the sums of the candidates of a cycle
+            "rows": In(row).array(self._ways),  # the sums of the candidates of a cycle
             "valid": In(self._ways),  # which of them are there
             # K times the sum of positive stress, from the first row until the last one is compared.
             "measured": In(unsigned(measured_sum(design))),
