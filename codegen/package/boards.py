@@ -93,11 +93,11 @@ class _Restart(wiring.Component):
 
 def boards(contents: Contents) -> dict[str, str]:
     """``boards/BOARD``: top module, constraints, a script that builds it; ``boards/talk.py`` talks to it."""
-    board, tool = contents.part.target.family.board, contents.part.target.family.place_and_route
-    if board is None or tool is None:
+    board = contents.part.target.family.board
+    if board is None:
         return {}
     folder = f"boards/{board.name}"
-    tuned = {"size": contents.part.target.part.rpartition("-")[2], "routing": " ".join(tool.routing)}
+    size = contents.part.target.part.rpartition("-")[2]
     design, loaded = contents.design, contents.core.loaded
     codes = contact_codes(design, _CHECKED, _SEED)
     line = {  # what the host's program needs: sizes of words in bytes, and frames with the words that are due for them
@@ -109,7 +109,7 @@ def boards(contents: Contents) -> dict[str, str]:
         "words": np.asarray(design.model(codes).words).tolist(),
     }
     return {
-        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", **tuned) for file in board.files},
+        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", size=size) for file in board.files},
         f"{folder}/top.v": plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, PORTS),
         "boards/talk.py": contents.fill("talk.py.txt", baud=BAUD),
         "boards/line.json": json.dumps(line) + "\n",

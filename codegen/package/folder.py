@@ -43,7 +43,7 @@ _FILES = (
     ("vivado/package_ip.tcl", "IP core for Vivado's catalogue: `vivado -mode batch -source vivado/package_ip.tcl`"),
     ("vivado/{name}_axi.xdc", "the clock, for Vivado"),
     ("litex/{name}.py", "a module for LiteX"),
-    ("netlist/prepare.py", "what tfra synth does to a netlist between yosys and nextpnr, which build.sh calls"),
+    ("netlist/prepare.py", "what tfra synth does to a netlist between yosys and nextpnr, for a flow of your own"),
     ("boards/{board}/build.sh", "bitstream for the board {board}: the core behind its serial line"),
     ("boards/talk.py", "talks to the board: loads it, sends frames, compares the results"),
 )

@@ -13,10 +13,10 @@ _IMPORT = re.compile(r"^(?:import|from) .*\n", re.M)
 def rules(contents: Contents) -> dict[str, str]:
     """The program, for a family with such changes: the texts of its rules, which need Python alone, one after another.
 
-    What ``tfra synth`` does to a netlist, the package's scripts do by it.
+    With it, the package's Verilog becomes the netlist that ``tfra synth`` places.
     """
     family = contents.part.target.family
-    if not family.prepare:
+    if not (family.prepare and family.place_and_route):
         return {}
     texts = [inspect.getsource(import_module(name)) for name in family.rules]
     imports = {line for text in texts for line in _IMPORT.findall(text) if "tfra." not in line}
@@ -24,6 +24,7 @@ def rules(contents: Contents) -> dict[str, str]:
     program = contents.fill(
         "prepare.py.txt",
         family=family.title,
+        routing=" ".join(family.place_and_route.routing),
         imports="".join(sorted(imports)),
         rules="\n\n".join(_IMPORT.sub("", text).strip() + "\n" for text in texts),
         prepare=inspect.getsource(family.prepare),

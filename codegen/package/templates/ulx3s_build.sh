@@ -4,7 +4,7 @@
 set -e
 here=$$(cd "$$(dirname "$$0")" && pwd)
 tool() { command -v "$$1" || command -v "yowasp-$$1" || { echo "$$1 is missing" >&2; exit 1; }; }
-yosys=$$(tool yosys); nextpnr=$$(tool nextpnr-ecp5); pack=$$(tool ecppack); python=$$(tool python3)
+yosys=$$(tool yosys); nextpnr=$$(tool nextpnr-ecp5); pack=$$(tool ecppack)
 mkdir -p "$$here/build"
 cd "$$here/build"
 # Tools in WebAssembly see this folder alone.
@@ -15,7 +15,6 @@ case $$size in 12) option=--12k;; 25) option=--25k;; 45) option=--45k;; 85) opti
 # The last step of synth_ecp5 is left out: its check reads modules anew that are flat by then, and fails.
 "$$yosys" -q -l yosys.log -p "read_verilog $name.v top.v; synth_ecp5 -no-rw-check -top top -run begin:check" \
   -p "autoname; blackbox =A:whitebox; write_json top.json"
-"$$python" ../../../netlist/prepare.py top.json top ecp5-$$size
-"$$nextpnr" "$$option" --package CABGA381 --json top.json --lpf ulx3s.lpf $routing --textcfg top.config --report report.json --log nextpnr.log -q
+"$$nextpnr" "$$option" --package CABGA381 --json top.json --lpf ulx3s.lpf --router router2 --textcfg top.config --report report.json --log nextpnr.log -q
 "$$pack" --compress top.config top.bit
 echo "$$here/build/top.bit; load it with: openFPGALoader -b ulx3s top.bit"
