@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from amaranth import Cat, Module, Shape, Signal, Value
+from amaranth import Cat, ClockDomain, Module, Shape, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -26,8 +26,10 @@ class Pins(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.top = self._core
-        if "clk" in self.signature.members:
-            m.d.comb += [self._core.aclk.eq(self.clk), self._core.aresetn.eq(~self.rst)]
+        domain = "pins" if "clk" in self.signature.members else "sync"
+        if domain == "pins":
+            m.domains.pins = pins = ClockDomain(reset_less=True)
+            m.d.comb += [pins.clk.eq(self.clk), self._core.aclk.eq(self.clk), self._core.aresetn.eq(~self.rst)]
         for name, port in self._ports.items():
             pin, word = getattr(self, name), Value.cast(getattr(self._core, name))
             register = Signal(Shape.cast(port.shape).width, name=f"{name}_register", reset_less=True)
@@ -35,11 +37,10 @@ class Pins(wiring.Component):
             if port.flow is In:
                 m.d.comb += word.eq(register)
                 with m.If(self.shift):
-                    m.d.sync += register.eq(shifted)
+                    m.d[domain] += register.eq(shifted)
             else:
-                assert port.flow is Out
                 m.d.comb += pin.eq(register[0])
-                m.d.sync += register.eq(word)
+                m.d[domain] += register.eq(word)
                 with m.If(self.shift):
-                    m.d.sync += register.eq(shifted)
+                    m.d[domain] += register.eq(shifted)
         return m

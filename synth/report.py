@@ -6,10 +6,11 @@ from importlib.metadata import version
 from statistics import median_low
 from typing import Any
 
-from tfra.codegen.verilog.wrapper import module_name, wrapper
+from tfra.codegen.verilog.wrapper import module_name
 from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.ip.wrapper import interval, latencies
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import Estimate
 from tfra.synth.flow import Route, Synthesis, options
@@ -55,7 +56,7 @@ def report(
         "cells": dict(sorted(synthesis.cells.items())),
         "clock": clock_facts(routes) if routes else None,
         "note": target.family.timing or None,
-        "timing": timing(core, median_route(routes).mhz if routes else None, wrapper(design).latency if package else 0),
+        "timing": timing(core, median_route(routes).mhz if routes else None, package=package),
         "tools": versions(target.family),
         "options": options(target.family),
     }
@@ -89,17 +90,18 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
     }
 
 
-def timing(core: Microarchitecture, mhz: float | None, around: int = 0) -> dict[str, Any]:
+def timing(core: Microarchitecture, mhz: float | None, *, package: bool = False) -> dict[str, Any]:
     """Cycles of ``core`` and, at ``mhz``, times: latency to the first result word, frame latency to the last.
 
-    ``around`` are the cycles that a wrapper adds to both.
+    With ``package`` from stream to stream, of a frame that meets an idle core.
     """
-    latencies = {"latency": core.latency + around, "frame_latency": core.frame_latency + around}
-    cycles = {**latencies, "interval": core.initiation_interval}
+    first, last, *_ = latencies(core) if package else (core.latency, core.frame_latency)
+    between = interval(core) if package else core.initiation_interval
+    cycles = {"latency": first, "frame_latency": last, "interval": between}
     found: dict[str, Any] = {f"{name}_cycles": number for name, number in cycles.items()}
     if mhz:
         found |= {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()}
-        found["frames_per_second"] = round(1e6 * mhz / core.initiation_interval, 1)
+        found["frames_per_second"] = round(1e6 * mhz / between, 1)
     products = core.design.multiplications
     found["multiplications_per_frame"] = products
-    return found | {"mac_utilisation": round(products / (core.lanes * core.initiation_interval), 4)}
+    return found | {"mac_utilisation": round(products / (core.lanes * between), 4)}

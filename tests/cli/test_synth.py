@@ -16,9 +16,9 @@ from tests.marks import long
 from tfra.cli import common
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
-from tfra.codegen.verilog.wrapper import wrapper
 from tfra.families import TARGETS, Target, find
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import interval, latencies
 from tfra.model.fixed.design import Design
 from tfra.runtime.ownership import MANIFEST
 from tfra.runtime.processes import Stopped
@@ -141,11 +141,11 @@ def test_behind_its_buses(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     """The package's module with the core inside: one clock, no port of many bits, latency from stream to stream."""
     assert main([*SYNTH, "--package", "--seeds", "1", "--json"]) == 0
     found, design = json.loads(capsys.readouterr().out), load("skin.toml").design
-    core, around = microarchitecture(design), wrapper(design).latency
+    core = microarchitecture(design)
     assert found["name"] == "skin_axi"
-    assert found["timing"]["latency_cycles"] == core.latency + around
-    assert found["timing"]["frame_latency_cycles"] == core.frame_latency + around
-    assert found["timing"]["interval_cycles"] == core.initiation_interval
+    times = [found["timing"][f"{name}_cycles"] for name in ("latency", "frame_latency", "interval")]
+    assert times == [*latencies(core)[:2], interval(core)]
+    assert times[0] > core.latency + design.sensor.taxels
     assert "estimates are those of the core, without its wrapper" in Path("fpga/report.txt").read_text()
     text = NETLIST(design, find("ecp5-85"), package=True)
     assert {"\\skin", "\\skin_axi", "\\skin_axi.top"} <= set(re.findall(r"^module (\S+)$", text, re.M))
