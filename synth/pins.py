@@ -4,7 +4,7 @@ from typing import Any
 
 from amaranth import Cat, ClockDomain, Module, Shape, Signal, Value
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In
 
 _DOMAIN = ("aclk", "aresetn")
 """Ports of a wrapper that are no words: its clock and its reset, which become ``clk`` and ``rst`` like a core's."""
