@@ -58,7 +58,7 @@ def traffic(design: Design, count: int, seed: int, malformed: float = 0.3) -> Tr
     """
     rng = np.random.default_rng(seed)
     codes = _codes(design, count, rng)
-    bad, wide, gap = (rng.random(count) < share for share in (malformed, 0.05, 0.05))
+    bad, wide, gap = (rng.random(count) < share for share in (malformed, 0.05 * (design.adc.bits < 16), 0.05))
     users = np.cumsum(1 + gap * rng.integers(1, 1 << 16, count)) & 0xFFFF
     words = _words(design, codes, wide.astype(np.int64), rng)
     beats = [_beats(each, design.bus.taxels_per_beat, rng) for each in words]
@@ -92,7 +92,7 @@ def _words(design: Design, codes: Ints, wide: Ints, rng: np.random.Generator) ->
     """Slots of 16 bits; a taxel of each ``wide`` frame has a wrong bit beyond those of the converter."""
     words = codes.reshape(len(codes), -1) & 0xFFFF
     where = rng.integers(words.shape[1], size=len(words))
-    words[np.arange(len(words)), where] ^= wide << rng.integers(design.adc.bits, 16, len(words))
+    words[np.arange(len(words)), where] ^= wide << rng.integers(min(design.adc.bits, 15), 16, len(words))
     return words
 
 
