@@ -103,7 +103,7 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
     from distributed.comm.core import CommClosedError
 
     try:
-        client = Client(address, timeout=patience)  # type: ignore[no-untyped-call]
+        client = Client(address, timeout=patience)  # type: ignore[no-untyped-call]  # Dask has no types
     except (OSError, ValueError) as error:
         raise SchedulerError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
 
@@ -115,7 +115,7 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
         except (CancelledError, CommClosedError):
             raise LostWorkerError(f"the Dask scheduler at {address} has gone.") from None
 
-    executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]
+    executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]  # Dask has no types
     with client:
         identities = client.run(_identity)
         if not identities:

@@ -18,16 +18,15 @@ class Pins(wiring.Component):
     """
 
     def __init__(self, core: wiring.Component) -> None:
-        self._core = core
+        self._core, self._domain = core, "pins" if "aclk" in core.signature.members else "sync"
         self._ports = {name: port for name, port in core.signature.members.items() if name not in _DOMAIN}
-        domain = {} if len(self._ports) == len(core.signature.members) else {"clk": In(1), "rst": In(1)}
-        super().__init__({"shift": In(1), **domain, **{name: port.flow(1) for name, port in self._ports.items()}})
+        clock = {"clk": In(1), "rst": In(1)} if self._domain == "pins" else {}
+        super().__init__({"shift": In(1), **clock, **{name: port.flow(1) for name, port in self._ports.items()}})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.top = self._core
-        domain = "pins" if "clk" in self.signature.members else "sync"
-        if domain == "pins":
+        if self._domain == "pins":
             m.domains.pins = pins = ClockDomain(reset_less=True)
             m.d.comb += [pins.clk.eq(self.clk), self._core.aclk.eq(self.clk), self._core.aresetn.eq(~self.rst)]
         for name, port in self._ports.items():
@@ -37,10 +36,10 @@ class Pins(wiring.Component):
             if port.flow is In:
                 m.d.comb += word.eq(register)
                 with m.If(self.shift):
-                    m.d[domain] += register.eq(shifted)
+                    m.d[self._domain] += register.eq(shifted)
             else:
                 m.d.comb += pin.eq(register[0])
-                m.d[domain] += register.eq(word)
+                m.d[self._domain] += register.eq(word)
                 with m.If(self.shift):
-                    m.d[domain] += register.eq(shifted)
+                    m.d[self._domain] += register.eq(shifted)
         return m

@@ -17,6 +17,11 @@ from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.tools import versions
 
 
+def top_name(design: Design, *, package: bool) -> str:
+    """Name of the module that is synthesised."""
+    return module_name(design) if package else design.name
+
+
 def median_route(routes: Sequence[Route]) -> Route:
     """The seed of median speed, the slower of the two in the middle of an even number."""
     middle = median_low(route.mhz for route in routes)
@@ -41,7 +46,7 @@ def report(
     used = {**synthesis.resources, **(median_route(routes).resources if routes else {})}
     return {
         "generator": f"tfra {version('tfra')}",
-        "name": module_name(design) if package else design.name,
+        "name": top_name(design, package=package),
         "package": package,
         "complete": len(routes) == seeds,
         "seeds_wanted": seeds,

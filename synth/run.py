@@ -18,7 +18,7 @@ from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
 from tfra.synth.page import page, render
 from tfra.synth.pins import Pins
-from tfra.synth.report import median_route, report
+from tfra.synth.report import median_route, report, top_name
 from tfra.synth.tools import programs, require, versions
 
 SIDECAR = "report.json"
@@ -126,11 +126,6 @@ class Run:
         self.expected -= seconds * cached
         self.advance(seconds * (not cached), self.expected, title)
         return result
-
-
-def top_name(design: Design, *, package: bool) -> str:
-    """Name of the module that is synthesised."""
-    return wrapper.module_name(design) if package else design.name
 
 
 def netlist(design: Design, target: Target, *, package: bool = False) -> str:

@@ -43,7 +43,7 @@ class Section(BaseModel):
 _SENSOR: dict[str, Any] = {key.config: Length if key.is_length else float if key.unit else int for key in sensor_keys()}
 
 
-class SensorSection(create_model("_", __base__=Section, **_SENSOR)):  # type: ignore[misc]
+class SensorSection(create_model("_", __base__=Section, **_SENSOR)):  # type: ignore[misc]  # its fields are those of a table
     """``[sensor]``: the array; the cover block reaches half a pitch beyond the outer taxels."""
 
 
@@ -63,7 +63,7 @@ _LIMITED: dict[str, Any] = {
 _INPUT: dict[str, Any] = {key.name: (_LIMITED.get(key.name, key.type) | None, None) for key in fields(Input)}
 
 
-class InputSection(create_model("_", __base__=Section, **_INPUT)):  # type: ignore[misc]
+class InputSection(create_model("_", __base__=Section, **_INPUT)):  # type: ignore[misc]  # its fields are those of a table
     """``[input]``: how a recording is to be read; :class:`tfra.recordings.input.Input` has the defaults."""
 
 
@@ -127,7 +127,7 @@ class BusSection(Section):
 class EstimatorSection(Section):
     """``[estimator]``: the algorithm; of the learned one the file of its weights, and what its core gives."""
 
-    kind: Literal[tuple(ESTIMATORS)] = DEFAULT  # type: ignore[valid-type]
+    kind: Literal[tuple(ESTIMATORS)] = DEFAULT  # type: ignore[valid-type]  # the names of the registry
     weights: Annotated[str, Field(min_length=1)] | None = None
     taxel_forces: bool | None = None
 

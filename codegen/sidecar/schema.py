@@ -36,7 +36,7 @@ _SENSOR: dict[str, Any] = {
 }
 
 
-class Sensor(create_model("_", __base__=Part, **_SENSOR)):  # type: ignore[misc]
+class Sensor(create_model("_", __base__=Part, **_SENSOR)):  # type: ignore[misc]  # its fields are those of a table
     pass
 
 
@@ -53,7 +53,7 @@ class Converter(Part):
 
 
 class Estimator(Part):
-    kind: Literal[tuple(ESTIMATORS)]  # type: ignore[valid-type]
+    kind: Literal[tuple(ESTIMATORS)]  # type: ignore[valid-type]  # the names of the registry
     units: Annotated[list[int] | None, Field(description="units of each layer of the network")] = None
     uncertainty_threshold: Annotated[
         float | None, Field(description="uncertainty over |f_z| from which a frame is IMPLAUSIBLE")

@@ -70,7 +70,7 @@ class Live:
 def live(source: str, *options: str) -> Iterator[Live]:
     arguments = [sys.executable, "-m", "tfra.cli", "live", "skin.toml", source, *options, "--port", "0"]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(arguments, **pipes) as process:  # type: ignore[call-overload]
+    with subprocess.Popen(arguments, **pipes) as process:  # type: ignore[call-overload]  # by a dictionary
         try:
             line = process.stdout.readline().decode()
             assert line.endswith("; Ctrl-C ends it\n"), process.stderr.read()

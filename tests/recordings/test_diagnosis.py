@@ -157,7 +157,7 @@ def test_an_order_that_is_not_that_of_the_file(name: str, flips: tuple[bool, boo
     for written, order in itertools.product(orders, orders):
         frames = contacts(sensor, 40, 9)
         lines = (frames if written == "rows" else frames.transpose(0, 2, 1)).reshape(40, -1)
-        given = Input(order=order, flip_x=flips[0], flip_y=flips[1])  # type: ignore[arg-type]
+        given = Input(order=order, flip_x=flips[0], flip_y=flips[1])  # type: ignore[arg-type]  # a str of the table
         doubts = [line for line in told(arranged(lines, given, sensor), sensor, given) if "neighbours differ" in line]
         way = written.removesuffix("s")
         ending = f"{way} by {way}: are rows and columns swapped? (--order {written})"

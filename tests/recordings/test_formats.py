@@ -299,7 +299,8 @@ def test_any_logger_is_undone(tmp_path: Path, found: tuple[Any, ...], skip: int)
 
 def one(tmp_path: Path, values: list[float], how: Input, adc: Adc = ADC) -> list[float]:
     np.save(tmp_path / "f.npy", np.array([values]))
-    return read_recording(tmp_path / "f.npy", SENSOR, adc, how).frames.ravel().tolist()  # type: ignore[no-any-return]
+    frames = read_recording(tmp_path / "f.npy", SENSOR, adc, how).frames
+    return frames.ravel().tolist()  # type: ignore[no-any-return]  # NumPy's has no type
 
 
 def test_corners_of_units(tmp_path: Path) -> None:

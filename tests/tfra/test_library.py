@@ -65,7 +65,7 @@ def test_every_name_is_there_and_documented() -> None:
         assert name == "__version__" or getattr(tfra, name).__doc__
     assert tfra.InputError is InputError
     with pytest.raises(AttributeError, match="has no attribute 'laod'"):
-        getattr(importlib.import_module("tfra"), "laod")  # noqa: B009
+        getattr(importlib.import_module("tfra"), "laod")  # noqa: B009  # the lookup is what is tested
     for name, value in vars(tfra.Sensor).items():
         assert name.startswith("_") or name == "project" or value.__doc__, name
 
@@ -118,7 +118,7 @@ def test_engines_are_the_models(sensor: tfra.Sensor, simulated: tuple[Any, tfra.
         ("fixed", False): decode(design, design.model(codes).words),
     }
     for (engine, converted), model in expected.items():
-        found = sensor.estimate(frames, engine, codes=converted)  # type: ignore[arg-type]
+        found = sensor.estimate(frames, engine, codes=converted)  # type: ignore[arg-type]  # a str of the table
         for key in KEYS:
             np.testing.assert_array_equal(getattr(found, key), getattr(model, key))
         assert found.engine == engine
@@ -241,16 +241,16 @@ def test_arguments_that_are_none(sensor: tfra.Sensor, tmp_path: Path) -> None:
     np.save(tmp_path / "f.npy", frames)
     calls: dict[str, Any] = {
         "Sensor.estimate: engine: one of float, fixed, rtl, two-variable is needed, got 'flaot'": (
-            lambda: sensor.estimate(frames, "flaot")  # type: ignore[arg-type]
+            lambda: sensor.estimate(frames, "flaot")  # type: ignore[arg-type]  # wrong on purpose
         ),
         "Sensor.estimate: codes: the fixed engine always sees": lambda: sensor.estimate(frames, "fixed", codes=True),
         "Sensor.read: unit: 'Pa', 'kPa' or 'codes' is needed, got 'psi'": (
-            lambda: sensor.read(tmp_path / "f.npy", unit="psi")  # type: ignore[arg-type]
+            lambda: sensor.read(tmp_path / "f.npy", unit="psi")  # type: ignore[arg-type]  # wrong on purpose
         ),
         "Sensor.read: tare_frames: 0 or more is needed, got -1": lambda: sensor.read("f.npy", tare_frames=-1),
         "Sensor.read: coding: only codes have a coding": lambda: sensor.read("f.npy", coding="offset"),
         "Sensor.simulate: contacts: a list of tfra.Contact is needed": (
-            lambda: sensor.simulate(sensor.contacts[0])  # type: ignore[arg-type]
+            lambda: sensor.simulate(sensor.contacts[0])  # type: ignore[arg-type]  # wrong on purpose
         ),
         "no.csv: cannot be read": lambda: sensor.read("no.csv"),
     }

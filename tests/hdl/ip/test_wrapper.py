@@ -83,7 +83,6 @@ def test_latency(per_beat: int) -> None:
     assert bench.given[2] - bench.taken[-1] == latencies(core)[0] - core.latency + own
 
 
-
 SMALL = learned_design(2, 2, (1, 1), architecture=SERIAL)
 CORES = [
     (SMALL, 0),

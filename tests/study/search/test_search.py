@@ -31,7 +31,7 @@ def measure(point: Point) -> Measured:
 
 
 def backwards(measure: object, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
-    yield from reversed(list(one_after_another(measure, points)))  # type: ignore[arg-type]
+    yield from reversed(list(one_after_another(measure, points)))  # type: ignore[arg-type]  # any object
 
 
 def run(
@@ -39,7 +39,7 @@ def run(
 ) -> list[Trial]:
     """The table after a search of which ``most`` trials were seen."""
     trials = Trials(sqlite(path), "search")
-    for _ in itertools.islice(search.run(measure, trials, workers), most):  # type: ignore[arg-type]
+    for _ in itertools.islice(search.run(measure, trials, workers), most):  # type: ignore[arg-type]  # any object
         pass
     return trials()
 
@@ -67,7 +67,7 @@ def test_what_is_in_the_table_is_not_measured_again(tmp_path: Path) -> None:
 
     def watched(measure: object, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
         asked.extend(points)
-        yield from one_after_another(measure, points)  # type: ignore[arg-type]
+        yield from one_after_another(measure, points)  # type: ignore[arg-type]  # any object
 
     assert len(run(tmp_path / "trials.db", workers=watched)) == 32
     assert asked == []
