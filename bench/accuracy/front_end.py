@@ -22,9 +22,9 @@ from tfra.codegen.config.read import load
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
 from tfra.model.cover.scenes import any_contacts
+from tfra.model.fixed.dead_taxels import repairs
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import FrontEnd, Settings, Tables
-from tfra.model.fixed.repair import table, thin_plate
 from tfra.model.fixed.words import decode
 from tfra.train.run import Resultants
 
@@ -89,8 +89,8 @@ def _raw(design: Design, stress: Floats, dead: Bools) -> Ints:
 def calibrated(design: Design, one: Mapping[str, Any], dead: Bools) -> Ints:
     """Codes from the front end, after a tare of the frames at rest."""
     power_up = Tables.of(design.sensor.taxels)
-    repairs = table(dead, thin_plate(dead))
-    tables = replace(power_up, gains=np.where(dead.ravel(), 0, power_up.gains), repairs=repairs)
+    gains = np.where(dead.ravel(), 0, power_up.gains)
+    tables = replace(power_up, gains=gains, repairs=repairs(design.sensor, dead))
     unit = FrontEnd(design, Settings(design.adc.bits, log2_tare=LOG2_TARE), tables)
     unit.tare()
     unit(_raw(design, one["rest"] + one["offset"], dead) & 0xFFFF)
