@@ -11,10 +11,12 @@ from tfra.codegen.package.boards import boards
 from tfra.codegen.package.contents import Contents, Part
 from tfra.codegen.package.datasheet import datasheet
 from tfra.codegen.package.drivers import driver_files
+from tfra.codegen.package.ipxact import ipxact
 from tfra.codegen.package.rules import rules
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.sidecar.schema import schema
+from tfra.codegen.verilog.axi_testbench import axi_testbench
 from tfra.codegen.verilog.wrapper import input_bits, wrapper_verilog
 from tfra.families import FAMILIES, xilinx
 from tfra.hdl.bus.map import Field, Register
@@ -31,14 +33,15 @@ _FILES = (
     (LOADED, "coefficients, loaded after every reset"),
     ("{name}.toml", "the configuration that all of this is made from; trained weights are a file of their own"),
     ("LICENSE", "of all of this"),
-    ("{name}.core", "FuseSoC: targets sim, lint and synth"),
-    ("testbench/{name}_tb.v", "checks every result word of the core in any simulator: its head has a command"),
+    ("{name}.core", "FuseSoC: targets sim, sim_axi, lint and synth"),
+    ("testbench/{name}_axi_tb.v", "checks {name}_axi in any simulator: every word; its head has a command"),
+    ("testbench/{name}_tb.v", "checks every result word of the core alone"),
     ("core.schema.json", "JSON Schema of {name}.json: what each of its keys means"),
     ("driver/tfra_driver.h", "driver in C99: all its functions; example.c shows how to use them"),
     ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
     ("registers/tfra.h", "registers for C"),
     ("registers/tfra.html", "registers, one by one"),
-    ("registers/tfra.xml", "registers in IP-XACT"),
+    ("{name}_axi.xml", "IP-XACT of {name}_axi: buses, registers, ports, files"),
     ("constraints/{name}.sdc", "the clock, for tools that read SDC"),
     ("vivado/package_ip.tcl", "IP core for Vivado's catalogue: `vivado -mode batch -source vivado/package_ip.tcl`"),
     ("vivado/{name}_axi.xdc", "the clock, for Vivado"),
@@ -97,7 +100,7 @@ def litex(contents: Contents) -> dict[str, str]:
 
 
 def fusesoc(contents: Contents) -> dict[str, str]:
-    """The package in CAPI2, with targets ``default``, ``sim`` (Icarus), ``lint`` (Verilator) and ``synth``."""
+    """The package in CAPI2: targets ``default``, ``sim`` and ``sim_axi`` (Icarus), ``lint`` (Verilator), ``synth``."""
     family = FAMILIES.get(contents.design.target)
     flow, options = (family or xilinx.FAMILY).project
     if family:
@@ -125,6 +128,7 @@ def readme(contents: Contents) -> dict[str, str]:
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.design)},
+    lambda contents: {f"testbench/{contents.wrapper}_tb.v": axi_testbench(contents.design)},
     lambda contents: {"core.schema.json": schema()},
     origin,
     lambda contents: register_files(contents.design),
@@ -136,6 +140,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     vivado,
     litex,
     fusesoc,
+    ipxact,
     datasheet,
     readme,
 )

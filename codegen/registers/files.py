@@ -1,4 +1,6 @@
-"""What drivers and tools need of the registers of a design: C header, page, IP-XACT."""
+"""What drivers and tools need of the registers of a design: C header, page, memory map of IP-XACT."""
+
+import re
 
 from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters
 from tfra.hdl.bus.map import Field, Kind, RegisterMap
@@ -21,26 +23,33 @@ def register_files(design: Design) -> dict[str, str]:
     """The text of every file by its name, the same for the same design.
 
     ``registers/tfra.h`` is C99; its names and addresses are those of every design, and the reset values of the
-    constants are those of this one.  ``registers/tfra.html`` is one page that loads nothing, ``registers/tfra.xml`` is
-    IP-XACT (IEEE 1685-2014); its version is that of the register map.
+    constants are those of this one.  ``registers/tfra.html`` is one page that loads nothing.
 
     Raises ``InputError`` without the packages of the extra ``ip``.
     """
-    require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-cheader", "peakrdl-ipxact")
+    require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-cheader")
     from peakrdl_cheader.c_standards import CStandard
     from peakrdl_cheader.exporter import CHeaderExporter
-    from peakrdl_ipxact import IPXACTExporter, Standard
 
     top = compiled(parameters(design))
-    registers = as_map(top)
-    version = str(registers["VERSION"].fields[-1].reset)
-    ipxact = IPXACTExporter(vendor=VENDOR, library=VENDOR, version=version, standard=Standard.IEEE_1685_2014)
     with scratch(temporary()) as folder, writing(folder.parent):
         # names with the hierarchy, not with the parameters' values, which those of shared types have
         CHeaderExporter().export(top, str(folder / "tfra.h"), std=CStandard.gnu99, reuse_typedefs=False)
-        ipxact.export(top, str(folder / "tfra.xml"), component_name="tfra")
-        texts = {f"registers/{name}": (folder / name).read_text(encoding="utf-8") for name in ("tfra.h", "tfra.xml")}
-    return {**texts, "registers/tfra.html": _page(top.get_property("name"), registers)}
+        header = (folder / "tfra.h").read_text(encoding="utf-8")
+    return {"registers/tfra.h": header, "registers/tfra.html": _page(top.get_property("name"), as_map(top))}
+
+
+def memory_maps(design: Design) -> str:
+    """The registers as the element ``memoryMaps`` of IP-XACT (IEEE 1685-2014); raises as :func:`register_files`."""
+    require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-ipxact")
+    from peakrdl_ipxact import IPXACTExporter, Standard
+
+    with scratch(temporary()) as folder, writing(folder.parent):
+        exporter = IPXACTExporter(standard=Standard.IEEE_1685_2014)
+        exporter.export(compiled(parameters(design)), str(folder / "tfra.xml"), component_name="tfra")
+        text = (folder / "tfra.xml").read_text(encoding="utf-8")
+    (found,) = re.findall(r"^  <ipxact:memoryMaps>.*</ipxact:memoryMaps>$", text, re.M | re.S)
+    return str(found)
 
 
 def register_table(registers: RegisterMap) -> Table:

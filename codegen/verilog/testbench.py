@@ -21,9 +21,8 @@ SEED = 1
 _LINE = 10
 """Words in a line of the file."""
 
-_TEMPLATE = Path(__file__).with_name("testbench.v.txt")
 _LOAD = "  //@load\n"
-"""The end of the template's lines that only a core with a ``load`` port needs."""
+"""The end of a template's lines that only a core with a ``load`` port needs."""
 
 _STORE = Template("""\
   task $kind(input integer count, input [$top:0] words);
@@ -35,10 +34,15 @@ _STORE = Template("""\
   endtask""")
 
 
+def recorded(design: Design) -> Ints:
+    """Codes of the frames that testbenches send, ``(frames, taxels)``."""
+    codes = np.concatenate([contact_codes(design, CONTACTS, SEED), directed_codes(design)])
+    return codes.reshape(len(codes), -1)
+
+
 def testbench(design: Design, facts: dict[str, Any]) -> str:
     """Text of the testbench ``NAME_tb``; ``facts`` are those of the sidecar."""
-    core = microarchitecture(design)
-    codes = np.concatenate([contact_codes(design, CONTACTS, SEED), directed_codes(design)])
+    codes = recorded(design)
     words = design.model(codes).words
     values = {
         "name": design.name,
@@ -51,23 +55,31 @@ def testbench(design: Design, facts: dict[str, Any]) -> str:
         "last_word": words.size - 1,
         "patience": 20 * facts["interval_cycles"] + 1000,
         "formats": "\n".join(f"// {line}" for line in frame_lines(facts)),
-        "store_code": _store("code", "taxels", design.adc.bits),
-        "store_result": _store("result", "expected", design.word_bits),
-        "given": "\n".join(_frames(design, codes.reshape(len(codes), -1), words)),
+        "store_code": store("code", "taxels", design.adc.bits),
+        "store_result": store("result", "expected", design.word_bits),
+        "given": "\n".join(_frames(design, codes, words)),
     }
-    lines = _TEMPLATE.read_text().splitlines(keepends=True)
-    if core.loaded is None:
+    return filled("testbench.v.txt", design, values)
+
+
+def filled(file: str, design: Design, values: dict[str, object]) -> str:
+    """The template ``file`` with ``values`` and coefficients, or without the lines for these."""
+    lines = Path(__file__).with_name(file).read_text().splitlines(keepends=True)
+    loaded = microarchitecture(design).loaded
+    if loaded is None:
         lines = [line for line in lines if not line.endswith(_LOAD)]
     else:
         bits = design.coefficient_word
-        values["load_top"] = bits - 1
-        values["last_load"] = len(core.loaded) - 1
-        values["store_coefficient"] = _store("coefficient", "coefficients", bits)
-        values["coefficients"] = "\n".join(_calls("coefficient", core.loaded, bits))
+        values |= {
+            "load_top": bits - 1,
+            "last_load": len(loaded) - 1,
+            "store_coefficient": store("coefficient", "coefficients", bits),
+            "coefficients": "\n".join(calls("coefficient", loaded, bits)),
+        }
     return Template("".join(lines).replace(_LOAD, "\n")).substitute(values)
 
 
-def _store(kind: str, memory: str, bits: int) -> str:
+def store(kind: str, memory: str, bits: int) -> str:
     """A task that stores a line of words."""
     slot = 4 * _digits(bits)
     return _STORE.substitute(kind=kind, memory=memory, bits=bits, slot=slot, top=slot * _LINE - 1)
@@ -76,11 +88,11 @@ def _store(kind: str, memory: str, bits: int) -> str:
 def _frames(design: Design, codes: Ints, words: Ints) -> Iterator[str]:
     for number, (given, expected) in enumerate(zip(codes, words, strict=True)):
         yield f"      // frame {number}, {'a contact' if number < CONTACTS else 'a corner case'}"
-        yield from _calls("code", given, design.adc.bits)
-        yield from _calls("result", expected, design.word_bits)
+        yield from calls("code", given, design.adc.bits)
+        yield from calls("result", expected, design.word_bits)
 
 
-def _calls(kind: str, words: Ints, bits: int) -> Iterator[str]:
+def calls(kind: str, words: Iterable[int], bits: int) -> Iterator[str]:
     """Calls of the task ``kind`` with a line of ``words`` each."""
     digits, size = hex_words(words, bits).split(), 4 * _digits(bits) * _LINE
     for start in range(0, len(digits), _LINE):

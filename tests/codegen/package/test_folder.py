@@ -144,12 +144,14 @@ def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return DESIGNS[name][0].name, folder
 
 
-def run(target: str, name: str, package: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    """Run a target in ``folder``, which is empty, with a home of its own."""
+def run(targets: str, name: str, package: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run a target, and in the tool behind a space, in ``folder``, which is empty, with a home of its own."""
+    target, *tool = targets.split()
     (folder / "tools").mkdir()
     variables = environment("verilator", folder / "tools") | {"HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
     program = str(Path(sys.executable).with_name("fusesoc"))
     words = [program, "--cores-root", str(package), "run", *options, "--target", target, f"tfra:core:{name}"]
+    words += [word for name in tool for word in ("--tool", name)]
     return subprocess.run(
         words, cwd=folder, env=variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
     )
@@ -166,13 +168,13 @@ def test_the_family_chooses_the_tool_and_its_options() -> None:
     assert vivado(contents) == {}
 
 
-@pytest.mark.parametrize("target", [*long("sim"), "lint"])
+@pytest.mark.parametrize("target", [*long("sim", "sim_axi", "sim_axi verilator"), "lint"])
 def test_the_targets_pass(target: str, package: tuple[str, Path], tmp_path: Path) -> None:
-    choose({"sim": "icarus", "lint": "verilator"}[target])
+    choose("icarus" if target in ("sim", "sim_axi") else "verilator")
     done = run(target, *package, tmp_path)
     assert done.returncode == 0, done.stdout
     assert "%Warning" not in done.stdout
-    assert ("words compared, 0 differ" in done.stdout) == (target == "sim")
+    assert ("words compared, 0 differ" in done.stdout) == (target != "lint")
 
 
 def test_the_wrapper_has_one_core_and_modules_of_its_own(package: tuple[str, Path]) -> None:

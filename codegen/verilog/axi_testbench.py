@@ -1,0 +1,98 @@
+"""A testbench of the wrapper in plain Verilog: registers, frames of right and wrong lengths, stalls on both streams."""
+
+import zlib
+from collections.abc import Iterator
+
+import numpy as np
+
+from tfra.codegen.registers.source import registers_of
+from tfra.codegen.verilog.testbench import calls, filled, recorded, store
+from tfra.codegen.verilog.wrapper import input_bits
+from tfra.hdl.bus.map import BITS, Kind, RegisterMap
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.front_end.ports import NUMBER
+from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
+from tfra.hdl.ip.wrapper import interval
+from tfra.model.arrays import Ints
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.front_end import WORD, FrontEnd
+from tfra.model.tfra import Status
+
+_USER = 0xA500
+"""Number of the first frame."""
+
+
+def axi_testbench(design: Design) -> str:
+    """Text of the testbench ``NAME_axi_tb``; raises ``InputError`` without the compiler of the register map."""
+    registers, core, bits = registers_of(design), microarchitecture(design), input_bits(design)
+    codes = recorded(design)
+    words = design.model(codes).words
+    beats = [_beats(design, frame) for frame in codes]
+    wrong = [frame for frame in (beats[0][:-1], beats[0] + beats[0][:1]) if frame]  # no short frame of one beat
+    sent = [beats[0], *wrong, *beats[1:]]
+    places = [0, *range(1 + len(wrong), len(sent))]
+    output = _output(design, codes, words, np.array(places))
+    reported = ["long_frame", *["short_frame"] * (len(wrong) > 1)]
+    if (words[:, -1] & (Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)).any():
+        reported.append("saturation")
+    errors = {field.name: field.mask for field in registers["ERRORS"].fields}
+    loaded = b"" if core.loaded is None else core.loaded.astype("<i4").tobytes()
+    return filled("axi_testbench.v.txt", design, {
+        **_registers(registers),
+        "name": design.name,
+        "frames": len(codes),
+        "dropped": len(wrong),
+        "reported": _hex(sum(errors[name] for name in reported)),
+        "crc": _hex(zlib.crc32(loaded)),
+        "words": output.size,
+        "frame": HEADER_WORDS + design.frame_words,
+        "data_top": bits - 1,
+        "beat_top": bits + NUMBER,
+        "address_top": registers.address_bits - 1,
+        "last_beat": sum(map(len, sent)) - 1,
+        "last_word": output.size - 1,
+        "patience": 20 * interval(core) + 1000,
+        "store_sent": store("sent", "beats", bits + NUMBER + 1),
+        "store_result": store("result", "expected", BITS),
+        "given": "\n".join(_given(sent, dict(zip(places, output, strict=True)), bits)),
+    })
+
+
+def _beats(design: Design, codes: Ints) -> list[int]:
+    """Data of the beats of a frame, the first taxel of each lowest."""
+    slots = design.bus.taxels_per_beat
+    words = [int(code) & ((1 << WORD) - 1) for code in codes]
+    starts = range(0, len(words), slots)
+    return [sum(word << WORD * slot for slot, word in enumerate(words[start : start + slots])) for start in starts]
+
+
+def _output(design: Design, codes: Ints, words: Ints, sequence: Ints) -> Ints:
+    """Output frames ``(n, beats)`` of frames with the places ``sequence`` among all that are sent."""
+    flags = FrontEnd(design)(codes & ((1 << WORD) - 1)).flags
+    faults = sum(flags[name].astype(np.int64) << FAULTS[name] for name in flags)
+    head = np.stack([sequence | (_USER + sequence) << NUMBER, faults | FORMAT << FORMAT_PLACE], axis=1)
+    return np.concatenate([head, words], axis=1)
+
+
+def _given(sent: list[list[int]], output: dict[int, Ints], bits: int) -> Iterator[str]:
+    for place, data in enumerate(sent):
+        yield f"      // frame {place}{'' if place in output else ', of a wrong length'}"
+        user, last = (_USER + place) << bits, 1 << bits + NUMBER
+        yield from calls("sent", [*(user | beat for beat in data[:-1]), last | user | data[-1]], bits + NUMBER + 1)
+        yield from calls("result", output.get(place, ()), BITS)
+
+
+def _registers(registers: RegisterMap) -> dict[str, object]:
+    """Addresses by names of registers, masks by REGISTER_field, and a check of every constant."""
+    checks = []
+    values: dict[str, object] = {}
+    for register in registers.registers:
+        values[register.name] = f"{registers.address_bits}'h{register.address:02x}"
+        values |= {f"{register.name}_{field.name}": _hex(field.mask) for field in register.fields}
+        if all(field.kind is Kind.CONSTANT for field in register.fields):
+            checks.append(f"    check({values[register.name]}, {_hex(register.reset)});  // {register.name}")
+    return values | {"constants": "\n".join(checks)}
+
+
+def _hex(word: int) -> str:
+    return f"{BITS}'h{word:08x}"

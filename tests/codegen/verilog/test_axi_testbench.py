@@ -1,0 +1,98 @@
+"""The testbench of the wrapper passes for every kind of core, and notices what is wrong in words, RTL and counters."""
+
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.codegen.package.made import PARALLEL
+from tests.codegen.package.test_simulated import DESIGN
+from tests.codegen.test_generate import DESIGNS, EXAMPLES, PRESETS, change_word, few_frames, run_testbench
+from tests.marks import long
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.axi_testbench import axi_testbench
+from tfra.codegen.verilog.files import files
+from tfra.codegen.verilog.wrapper import wrapper_verilog
+from tfra.hdl.ip.framer import HEADER_WORDS
+from tfra.model.choices import Bus
+from tfra.model.fixed.design import Design
+
+SHORT = replace(PARALLEL, name="short", images="load", bus=Bus(2))
+KINDS = {
+    **DESIGNS,
+    "loaded": replace(DESIGN, name="loaded", bus=Bus(4)),
+    "one_beat": replace(PARALLEL, name="one_beat", bus=Bus(4)),
+}
+
+
+def folder_of(design: Design, folder: Path) -> Path:
+    """Core, wrapper and testbench."""
+    name = design.name
+    with few_frames():
+        texts = files(design) | {f"testbench/{name}_axi_tb.v": axi_testbench(design)}
+    for file, text in (texts | {f"{name}_axi.v": wrapper_verilog(design)}).items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_text(text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return folder_of(SHORT, tmp_path_factory.mktemp("short"))
+
+
+def compared(design: Design, output: str) -> int:
+    """Whole frames that the testbench compared, if it passed."""
+    (words,) = re.findall(r"^PASSED: (\d+) words compared, 0 differ$", output, re.M)
+    frames, rest = divmod(int(words), HEADER_WORDS + design.frame_words)
+    assert rest == 0
+    return frames
+
+
+def test_it_passes(short: Path) -> None:
+    assert compared(SHORT, run_testbench(short, "short_axi")) > 4
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", KINDS)
+def test_it_passes_for_every_kind(name: str, tmp_path: Path) -> None:
+    assert compared(KINDS[name], run_testbench(folder_of(KINDS[name], tmp_path), f"{name}_axi")) > 4
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("preset", PRESETS)
+def test_it_passes_for_every_preset(preset: str, tmp_path: Path) -> None:
+    design = load(EXAMPLES / f"{preset}.toml").design
+    assert compared(design, run_testbench(folder_of(design, tmp_path), f"{design.name}_axi")) > 4
+
+
+def test_a_wrong_word_is_noticed(short: Path, tmp_path: Path) -> None:
+    shutil.copytree(short, tmp_path / "core")
+    change_word(tmp_path / "core", "short_axi", "result", 1, 1)
+    output = run_testbench(tmp_path / "core", "short_axi")
+    assert all(text in output for text in ("1 differ", "FAILED", "frame 0, word 10"))
+
+
+@pytest.mark.parametrize(
+    ("file", "stated", "other", "seen"),
+    [
+        ("short.v", "assign result_data = ", "assign result_data = 1 ^ ", "frame 0, word 2"),
+        *long(
+            ("short_axi.v", "assign m_axis_tuser = ", "assign m_axis_tuser = 1 ^ ", "frame 0, word"),
+            ("short_axi.v", ".interrupt(irq)", ".interrupt()", "interrupt"),
+            ("short_axi.v", "54465241 >>", "54465240 >>", "register 0x00: 54465241 expected, 54465240 observed"),
+            ("testbench/short_axi_tb.v", "8'h68, 2", "8'h68, 3", "register 0x68: 00000003 expected, 00000002 observed"),
+            ("testbench/short_axi_tb.v", "write(8'h40", "write(8'h44", "register 0x44: error response"),
+        ),
+    ],
+)
+def test_what_is_planted_is_noticed(short: Path, tmp_path: Path, file: str, stated: str, other: str, seen: str) -> None:
+    shutil.copytree(short, tmp_path / "core")
+    text = (tmp_path / "core" / file).read_text()
+    assert text.count(stated) == 1
+    (tmp_path / "core" / file).write_text(text.replace(stated, other))
+    output = run_testbench(tmp_path / "core", "short_axi")
+    assert "FAILED" in output
+    assert seen in output
