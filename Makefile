@@ -21,7 +21,7 @@
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
-# constraints.txt, and from Debian (python3-venv, iverilog, chromium): as root it is installed, otherwise the command
+# constraints.txt, and from Debian (python3-venv, iverilog, chromium, ghdl): as root it is installed, otherwise the command
 # is shown.
 
 VENV := .venv
@@ -30,21 +30,21 @@ PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed estimates baselines axi_cost
 
-.PHONY: demo test test-rest test-all docs counts pages clean icarus chromium $(CAMPAIGNS)
+.PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl $(CAMPAIGNS)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
 	$(VENV)/bin/python -m tfra.cli.demo
 
 # mypy runs beside the first tests.
-test: $(READY) icarus chromium
+test: $(READY) icarus chromium ghdl
 	@mkdir -p build
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/mypy --strict -p tfra -p bench >build/types.txt 2>&1 & types=$$!; \
 	  $(PYTEST) -m "not long"; tests=$$?; \
 	  wait $$types; types=$$?; cat build/types.txt; exit $$((tests | types))
 
-test-rest: $(READY) icarus chromium
+test-rest: $(READY) icarus chromium ghdl
 	$(PYTEST) -m long
 
 test-all: test test-rest
@@ -83,6 +83,9 @@ icarus:
 
 chromium:
 	@$(call need,command -v chromium,chromium)
+
+ghdl:
+	@$(call need,command -v ghdl,ghdl)
 
 # $(call need,TEST,PACKAGE): install the Debian PACKAGE as root if TEST fails, otherwise say how and stop.
 define need

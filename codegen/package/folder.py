@@ -14,12 +14,14 @@ from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.package.ipxact import ipxact
 from tfra.codegen.package.rules import rules
 from tfra.codegen.registers.files import register_files
+from tfra.codegen.registers.source import parameters
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.sidecar.schema import schema
 from tfra.codegen.verilog.axi_testbench import axi_testbench
-from tfra.codegen.verilog.wrapper import input_bits, wrapper_verilog
+from tfra.codegen.verilog.wrapper import input_bits, ports_of, wrapper_verilog
 from tfra.families import FAMILIES, xilinx
 from tfra.hdl.bus.map import Field, Register
+from tfra.hdl.front_end.ports import NUMBER
 from tfra.model.fixed.design import Design
 
 _ACCESS = {(True, True): "read-write", (True, False): "read-only", (False, True): "write-only"}
@@ -41,6 +43,8 @@ _FILES = (
     ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
     ("registers/tfra.h", "registers for C"),
     ("registers/tfra.html", "registers, one by one"),
+    ("{name}_async.v", "optional: {name}_axi with a clock of their own for its streams; its head has the constraints"),
+    ("{name}_axi.vhd", "component of {name}_axi and constants of the design, for VHDL"),
     ("{name}_axi.xml", "IP-XACT of {name}_axi: buses, registers, ports, files"),
     ("constraints/{name}.sdc", "the clock, for tools that read SDC"),
     ("vivado/package_ip.tcl", "IP core for Vivado's catalogue: `vivado -mode batch -source vivado/package_ip.tcl`"),
@@ -99,6 +103,32 @@ def litex(contents: Contents) -> dict[str, str]:
     return {f"litex/{contents.name}.py": text}
 
 
+def vhdl(contents: Contents) -> dict[str, str]:
+    """The wrapper's component in a package of VHDL (IEEE 1076-1993), with constants of the design."""
+    stated = parameters(contents.design).items()
+    numbers = {f"C_{name}": value for name, value in stated if not name.startswith("HASH")}
+    numbers |= {f"AT_{register.name}": register.address for register in contents.registers.registers}
+    constants = [f"  constant {name} : natural := {value};" for name, value in numbers.items()]
+    digits = contents.facts["configuration_sha256"][:16]
+    constants.append(f'  constant C_CONFIG_HASH : std_logic_vector(63 downto 0) := x"{digits}";')
+    kinds = [(port, f"std_logic_vector({port.bits - 1} downto 0)") for port in ports_of(contents.design)]
+    ports = [f"      {port.name} : {port.direction} {kind if port.bits > 1 else 'std_logic'}" for port, kind in kinds]
+    text = contents.fill("component.vhd", constants="\n".join(constants), ports=";\n".join(ports))
+    return {f"{contents.wrapper}.vhd": text}
+
+
+def clock_crossing(contents: Contents) -> dict[str, str]:
+    """The wrapper between FIFOs, for streams with a clock of their own."""
+    ports = ports_of(contents.design)
+    text = contents.fill(
+        "async.v",
+        declared=",\n".join(f"  {port.direction}put [{port.bits - 1}:0] {port.name}" for port in ports),
+        pins=",\n".join(f"    .{port.name}({port.name})" for port in ports if "_axis_" not in port.name),
+        in_top=input_bits(contents.design) + NUMBER,
+    )
+    return {f"{contents.name}_async.v": text}
+
+
 def fusesoc(contents: Contents) -> dict[str, str]:
     """The package in CAPI2: targets ``default``, ``sim`` and ``sim_axi`` (Icarus), ``lint`` (Verilator), ``synth``."""
     family = FAMILIES.get(contents.design.target)
@@ -139,6 +169,8 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     constraints,
     vivado,
     litex,
+    vhdl,
+    clock_crossing,
     fusesoc,
     ipxact,
     datasheet,

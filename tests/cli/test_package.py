@@ -62,7 +62,7 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
         "driver/tfra_constants.h",
         *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", *C_FILES)),
         *(f"python/{name}" for name in ("tfra_host/constants.json", *PYTHON_FILES)),
-        *("registers/tfra.h", "registers/tfra.html", "skin_axi.xml"),
+        *("registers/tfra.h", "registers/tfra.html", "skin_axi.xml", "skin_axi.vhd", "skin_async.v"),
         *("boards/talk.py", "boards/line.json", "netlist/prepare.py"),
         *("boards/ulx3s/top.v", "boards/ulx3s/ulx3s.lpf", "boards/ulx3s/build.sh"),
     }
