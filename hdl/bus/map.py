@@ -33,8 +33,8 @@ class Kind(Enum):
 class Field:
     """``bits`` of a register from bit ``low`` on.
 
-    ``clear`` names the pulse that clears a counter or a captured word, ``enable`` the setting that lets an event raise
-    the interrupt, both as ``REGISTER.field``; empty for none.
+    ``clear`` names the pulse that clears a counter, ``enable`` the setting that lets an event raise the interrupt, both
+    as ``REGISTER.field``; empty for none.
     """
 
     name: str

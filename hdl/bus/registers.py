@@ -55,9 +55,9 @@ def hardware(registers: RegisterMap) -> wiring.Signature:
 class Registers(wiring.Component):
     """Fields of every kind; an access by ``port`` is carried out in its cycle, and answered ``ANSWER`` cycles later.
 
-    Of an event that is set and cleared in one cycle the set wins; a counter that is cleared and counted is 1; a word
-    that is cleared and captured is captured.  An unmapped address, a read of a register that software can only write,
-    and the reverse are errors: they change nothing and read as 0.
+    Of an event that is set and cleared in one cycle the set wins; a counter that is cleared and counted is 1.  An
+    unmapped address, a read of a register that software can only write, and the reverse are errors: they change nothing
+    and read as 0.
     """
 
     def __init__(self, registers: RegisterMap) -> None:
@@ -80,8 +80,8 @@ class Registers(wiring.Component):
             own = values[f"{register.name}.{field.name}"]
             if field.kind.writable:
                 self._writable(m, register, field, own)
-            clear = values[field.clear] if field.clear else Const(0)
             if field.kind is Kind.COUNTER:
+                clear = values[field.clear] if field.clear else Const(0)
                 up = self._hardware(register, f"{field.name}_up")
                 m.d.sync += own.eq(own + up)
                 with m.If(clear):
@@ -89,8 +89,6 @@ class Registers(wiring.Component):
             if field.kind is Kind.CAPTURED:
                 with m.If(self._hardware(register, f"{field.name}_store")):
                     m.d.sync += own.eq(self._hardware(register, field.name))
-                with m.Elif(clear):
-                    m.d.sync += own.eq(0)
         self._answer(m, values)
         raised = [values[f"{r.name}.{f.name}"] & values[f.enable] for r, f in fields if f.enable]
         m.d.sync += self.interrupt.eq(Cat(raised).any())

@@ -142,16 +142,26 @@ class Control(wiring.Component):
         return stale
 
     def _frames(self, m: Module) -> None:
-        """FRAME...: counters and times; FAULTY_TAXEL."""
-        registers, faulty = self.hardware, self.hardware.FAULTY_TAXEL
+        """FRAME...: counters and times, which software may hold; FAULTY_TAXEL."""
+        registers, faulty, control = self.hardware, self.hardware.FAULTY_TAXEL, self.hardware.CONTROL
+        ups = (self.events.accepted, self.ended, self.events.dropped, self.saturated)
+        ports = (registers.FRAMES_IN, registers.FRAMES_OUT, registers.FRAMES_DROPPED, registers.FRAMES_SATURATED)
+        for up, port in zip(ups, ports, strict=True):
+            count = Signal(BITS, name="count")
+            m.d.sync += count.eq(count + up)
+            with m.If(control.clear_counters):
+                m.d.sync += count.eq(up)
+            m.d.comb += port.count.eq(count)
+            m.d.comb += port.count_store.eq(~control.hold_counters)
+        cycles = Signal(BITS)
+        with m.If(self.ended):
+            m.d.sync += cycles.eq(self.time - self.started)
+        with m.Elif(control.clear_counters):
+            m.d.sync += cycles.eq(0)
         m.d.comb += [
-            registers.FRAMES_IN.count_up.eq(self.events.accepted),
-            registers.FRAMES_DROPPED.count_up.eq(self.events.dropped),
-            registers.FRAMES_OUT.count_up.eq(self.ended),
-            registers.FRAMES_SATURATED.count_up.eq(self.saturated),
             registers.INTERRUPT_STATUS.frame_set.eq(self.ended),
-            registers.FRAME_CYCLES.cycles.eq(self.time - self.started),
-            registers.FRAME_CYCLES.cycles_store.eq(self.ended),
+            registers.FRAME_CYCLES.cycles.eq(cycles),
+            registers.FRAME_CYCLES.cycles_store.eq(~control.hold_counters),
         ]
         for name, _ in FAULTY:
             m.d.comb += [

@@ -18,8 +18,6 @@
     } while (0)
 
 #define OPTIONS ((uint32_t)TFRA_OPTION_TAXEL_FORCES | TFRA_OPTION_DROP_LATE | TFRA_OPTION_CHECK_SEQUENCE)
-#define COUNTERS 5u
-#define MOST_READS 4
 
 static tfra_error_t read_register(tfra_device_t *device, uint32_t address, uint32_t *word)
 {
@@ -318,24 +316,15 @@ tfra_error_t tfra_wait_tare(tfra_device_t *device, uint32_t polls)
 
 tfra_error_t tfra_get_counters(tfra_device_t *device, tfra_counters_t *counters)
 {
-    static const uint32_t addresses[COUNTERS] = {ADDRESS(FRAMES_IN), ADDRESS(FRAMES_OUT), ADDRESS(FRAMES_DROPPED),
-                                                 ADDRESS(FRAMES_SATURATED), ADDRESS(FRAME_CYCLES)};
-    uint32_t words[COUNTERS] = {0};
-    counters->consistent = false;
-    for (int reads = 0; reads < MOST_READS && !counters->consistent; reads++) {
-        counters->consistent = reads > 0;
-        for (uint32_t place = 0; place < COUNTERS; place++) {
-            const uint32_t before = words[place];
-            CHECK(read_register(device, addresses[place], &words[place]));
-            counters->consistent = counters->consistent && words[place] == before;
-        }
-    }
-    counters->frames_in = words[0];
-    counters->frames_out = words[1];
-    counters->frames_dropped = words[2];
-    counters->frames_saturated = words[3];
-    counters->frame_cycles = words[4];
-    return TFRA_OK;
+    uint32_t word;
+    CHECK(READ(device, CONTROL, &word));
+    CHECK(WRITE(device, CONTROL, word | MASK(CONTROL, HOLD_COUNTERS)));
+    CHECK(READ(device, FRAMES_IN, &counters->frames_in));
+    CHECK(READ(device, FRAMES_OUT, &counters->frames_out));
+    CHECK(READ(device, FRAMES_DROPPED, &counters->frames_dropped));
+    CHECK(READ(device, FRAMES_SATURATED, &counters->frames_saturated));
+    CHECK(READ(device, FRAME_CYCLES, &counters->frame_cycles));
+    return WRITE(device, CONTROL, word);
 }
 
 tfra_error_t tfra_clear_counters(tfra_device_t *device)

@@ -148,9 +148,8 @@ tfra_error_t tfra_wait_tare(tfra_device_t *device, uint32_t polls);
 /** Counters; they wrap. */
 typedef struct {
     uint32_t frames_in, frames_out, frames_dropped, frames_saturated, frame_cycles;
-    bool consistent; /**< No frame came or went while they were read. */
 } tfra_counters_t;
-/** Reads all counters, again while they change, but not more than four times. */
+/** Reads all counters of the same cycle. */
 tfra_error_t tfra_get_counters(tfra_device_t *device, tfra_counters_t *counters);
 tfra_error_t tfra_clear_counters(tfra_device_t *device);
 

@@ -147,7 +147,7 @@ def test_every_bit(tmp_path: Path, simulator: str) -> None:
     ("stated", "other", "seen"),
     [
         ("setting_f taxel_forces[1] = 1;", "setting_f taxel_forces[1] = 0;", "CONTROL.taxel_forces"),
-        ("FRAMES_OUT.count->hwclr = CONTROL.clear_counters;", "", "answer"),
+        ("LOAD_COUNT.words->hwclr = CONTROL.soft_reset;", "", "answer"),
         ("field port_f { sw = w;", "field port_f { sw = rw;", "answer"),
     ],
 )
@@ -156,5 +156,5 @@ def test_a_planted_difference_is_noticed(tmp_path: Path, stated: str, other: str
     assert text.count(stated) == 1
     source = tmp_path / "other.rdl"
     source.write_text(text.replace(stated, other))
-    script = [("happen", "FRAMES_OUT.count", 1), ("write", 0x40, 4, 15), ("read", 0x64), ("read", 0x80)]
+    script = [("happen", "LOAD_COUNT.words", 1), ("write", 0x40, 2, 15), ("read", 0x84), ("read", 0x80)]
     assert {name for name, *_ in etana("icarus", tmp_path, script, source)["differ"]} == {seen}

@@ -142,9 +142,12 @@ class Bench:
         """Long enough for a frame to pass, by default."""
         await ctx.tick().repeat(cycles)
 
-    def run(self, *processes: Process, rng: random.Random | None = None, check: bool = False) -> None:
+    def run(
+        self, *processes: Process, rng: random.Random | None = None, check: bool = False, watch: Iterable[Process] = ()
+    ) -> None:
         """Run ``processes``, under the rules of the bus if ``check``, which take as long as all the rest."""
-        simulated(self._module, *processes, background=[self.sink(rng)], check=self.wrapper.axi if check else None)
+        background, axi = [self.sink(rng), *watch], self.wrapper.axi if check else None
+        simulated(self._module, *processes, background=background, check=axi)
 
     def answer(self, first: int, sequence: int, user: int = 0, flags: int = 0, forces: bool = True) -> list[int]:
         """The output frame for a frame that begins with the taxel ``first``, with ``forces`` or without."""

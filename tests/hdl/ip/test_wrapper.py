@@ -121,6 +121,42 @@ def test_latencies_of_cores(built: Design, frames: int) -> None:
         assert set(np.diff(given[2:, -1])) >= {cycles + late for cycles in core.intervals}
 
 
+def test_counters_are_held_together() -> None:
+    """At every phase of the frames that go on: what is read is of one cycle, and what came meanwhile is not lost."""
+    bench = Bench(design())
+    names = ("FRAMES_IN", "FRAMES_OUT", "FRAMES_DROPPED", "FRAME_CYCLES")
+    cycles: list[list[int]] = []
+
+    async def source(ctx: Any) -> None:
+        for number in range(40):
+            await bench.send(ctx, packed(FRAME, 1)[: 6 - (number % 4 == 3)])
+
+    async def count(ctx: Any) -> None:
+        control, now = bench.wrapper._control, [0] * 4
+        seen = (control.events.accepted, control.ended, control.events.dropped, control.time - control.started)
+        while True:
+            _, _, *ups, taken = await ctx.tick().sample(*seen)
+            now = [*(value + up for value, up in zip(now, ups, strict=False)), taken if ups[1] else now[3]]
+            cycles.append(now)
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        for phase in range(24):
+            await bench.settle(ctx, 1 + phase % 7)
+            await bench.write(ctx, "CONTROL", run=1, hold_counters=1)
+            found = [next(iter((await bench.read(ctx, name)).values())) for name in names]
+            assert found in cycles
+            await bench.write(ctx, "CONTROL", run=1)
+        await bench.settle(ctx, 400)
+        assert (await bench.read(ctx, "FRAMES_OUT"))["count"] == len(bench.back) == 30
+        assert (await bench.read(ctx, "FRAMES_DROPPED"))["count"] == 10
+        await bench.write(ctx, "CONTROL", run=1, clear_counters=1)
+        assert [next(iter((await bench.read(ctx, name)).values())) for name in names] == [0] * 4
+
+    bench.run(source, host, watch=[count])
+    assert len({tuple(now) for now in cycles}) > 60
+
+
 def test_forces_are_left_out_frame_by_frame() -> None:
     bench = Bench(design())
 
@@ -274,6 +310,19 @@ def test_a_limited_result_is_in_the_status_alone(monkeypatch: pytest.MonkeyPatch
 
     bench.run(host)
     assert bench.back == [(0, bench.answer(7, 0, flags=0))]
+
+
+def test_the_last_faulty_taxel() -> None:
+    bench = Bench(design())
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed([*FRAME[:2], -8192, *FRAME[3:]], 1))
+        await bench.settle(ctx)
+        faulty = await bench.read(ctx, "FAULTY_TAXEL")
+        assert faulty == {"index": 2, "saturated": 1, "out_of_range": 0, "stuck": 0}
+
+    bench.run(host)
 
 
 def test_calibration() -> None:

@@ -28,7 +28,6 @@ from .registers import (
 )
 
 _COUNTERS = ("frames_in", "frames_out", "frames_dropped", "frames_saturated", "frame_cycles")
-_MOST_READS = 4
 
 
 class Core:
@@ -164,14 +163,12 @@ class Core:
         self._wait("STATUS", "taring", 0)
 
     def get_counters(self) -> Counters:
-        """All counters; they are read again while they change, but not more than four times."""
-        words, consistent = self._counters(), False
-        for _ in range(_MOST_READS - 1):
-            before, words = words, self._counters()
-            consistent = words == before
-            if consistent:
-                break
-        return Counters(consistent=consistent, **words)
+        """All counters, of the same cycle."""
+        control = self._read("CONTROL")
+        self._write("CONTROL", control | packed("CONTROL", hold_counters=1))
+        words = {name: self._read(name.upper()) for name in _COUNTERS}
+        self._write("CONTROL", control)
+        return Counters(**words)
 
     def clear_counters(self) -> None:
         self._pulse("clear_counters")
@@ -212,9 +209,6 @@ class Core:
 
     def _write(self, register: str, word: int) -> None:
         self._bus.write32(REGISTERS[register]["address"], word & 0xFFFFFFFF)
-
-    def _counters(self) -> dict[str, int]:
-        return {name: self._read(name.upper()) for name in _COUNTERS}
 
     def _fields(self, register: str) -> dict[str, int]:
         word = self._read(register)

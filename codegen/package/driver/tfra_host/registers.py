@@ -119,14 +119,13 @@ class FrontEnd:
 
 @dataclass(frozen=True)
 class Counters:
-    """Counters, which wrap; ``consistent``: no frame came or went while they were read."""
+    """Counters of one cycle; they wrap."""
 
     frames_in: int
     frames_out: int
     frames_dropped: int
     frames_saturated: int
     frame_cycles: int
-    consistent: bool
 
 
 @dataclass(frozen=True)
