@@ -1,6 +1,7 @@
 """Drivers of a core with registers: files in C and in Python for a host."""
 
 import json
+import re
 from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
@@ -11,6 +12,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import NUMBER
 from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
 from tfra.model.arrays import Ints
+from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import DEVIATION, GAIN, LEAST_WORD, MOST_AVERAGED, UNITY, WEIGHT, WORD
 from tfra.model.fixed.repair import HEADER as REPAIR_HEADER
@@ -41,7 +43,7 @@ CODES = {
 }
 """Bits of the words of the tables, and of their parts; a repair has its weight lowest, then the taxel."""
 
-C_FILES = ("tfra_driver.h", "tfra_driver.c", "tfra_frame.c", "tfra_units.h", "example.c")
+C_FILES = ("tfra_driver.h", "tfra_driver.c", "tfra_frame.c", "tfra_units.h", "example.c", "cosim.cpp")
 PYTHON_FILES = (*(f"tfra_host/{part}.py" for part in ("__init__", "core", "frame", "registers")), "example.py")
 
 _FIELDS = (
@@ -50,6 +52,9 @@ _FIELDS = (
 )
 """In the order of ``tfra_config_t``."""
 _WORDS_A_LINE = 8
+_RECORDED = 4
+_SEED = 3
+"""Simulated contacts in ``NAME_recorded.h``, and their seed."""
 
 
 def driver_files(design: Design) -> dict[str, str]:
@@ -63,9 +68,11 @@ def driver_files(design: Design) -> dict[str, str]:
     source, loaded = files("tfra.codegen.package") / "driver", microarchitecture(design).loaded
     config = f"{design.name}_config"
     texts = {f"driver/{name}": (source / name).read_text(encoding="utf-8") for name in C_FILES}
-    example = texts["driver/example.c"].splitlines(keepends=True)
-    kept = "".join(line for line in example if loaded is not None or "NAME_coefficients" not in line)
-    texts["driver/example.c"] = kept.replace("NAME_", f"{design.name}_")
+    for name in ("driver/example.c", "driver/cosim.cpp"):
+        example = texts[name].splitlines(keepends=True)
+        kept = "".join(line for line in example if loaded is not None or "NAME_coefficients" not in line)
+        texts[name] = re.sub(r"NAME(?=_|\.v\b)", design.name, kept)
+    texts[f"driver/{design.name}_recorded.h"] = _recorded(design)
     texts["driver/tfra_constants.h"] = _constants_header()
     texts[f"driver/{config}.h"] = _config(design, config)
     if loaded is not None:
@@ -142,6 +149,19 @@ def _coefficients(name: str, words: Ints) -> str:
     lines = [f"static const int32_t {name}_coefficients[{len(numbers)}] = {{"]
     lines += [*(f"    {', '.join(row)}," for row in rows), "};"]
     return _header(f"{name}_coefficients", "What the core is loaded with.", ["#include <stdint.h>", "", *lines])
+
+
+def _recorded(design: Design) -> str:
+    """``NAME_recorded.h``: frames of codes with the words that are due for them."""
+    codes = contact_codes(design, _RECORDED, _SEED).reshape(_RECORDED, -1)
+    rows = zip(codes % (1 << WORD), design.model(codes).words, strict=True)
+    frames = [", ".join(f"{{{', '.join(map(str, part.tolist()))}}}" for part in row) for row in rows]
+    sizes = {"TAXELS": design.sensor.taxels, "TAXELS_PER_BEAT": design.bus.taxels_per_beat}
+    lines = ["#include <stdint.h>", "", *(f"#define {design.name}_{name} {size}u" for name, size in sizes.items())]
+    members = [f"uint16_t codes[{codes.shape[1]}];", f"int32_t words[{design.frame_words}];"]
+    lines += [f"static const struct {{ {' '.join(members)} }} {design.name}_recorded[{_RECORDED}] = {{"]
+    lines += [*(f"    {{{frame}}}," for frame in frames), "};"]
+    return _header(f"{design.name}_recorded", "Frames, and the words of their results.", lines)
 
 
 def _header(stem: str, text: str, lines: list[str]) -> str:

@@ -40,6 +40,7 @@ _FILES = (
     ("testbench/{name}_tb.v", "checks every result word of the core alone"),
     ("core.schema.json", "JSON Schema of {name}.json: what each of its keys means"),
     ("driver/tfra_driver.h", "driver in C99: all its functions; example.c shows how to use them"),
+    ("driver/cosim.cpp", "co-simulation in C++: this driver with {name}_axi in Verilator; its head has the command"),
     ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
     ("registers/tfra.h", "registers for C"),
     ("registers/tfra.html", "registers, one by one"),

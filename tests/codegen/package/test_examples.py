@@ -15,10 +15,14 @@ from tests.codegen.package.test_drivers import beats, written
 from tests.codegen.package.test_simulated import DESIGN
 from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import LOADED
+from tfra.codegen.verilog.emit import to_verilog
 from tfra.codegen.verilog.testbench import hex_words
+from tfra.codegen.verilog.wrapper import wrapper_verilog
 from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import Bus
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
+from tfra.sim.tools import choose, environment
 
 PAGE, SOURCE = Path(__file__).parents[3] / "docs" / "driver.md", Path(__file__).parents[3] / "codegen/package/driver"
 FRAMES = np.random.default_rng(3).integers(-4000, 4000, (10, DESIGN.sensor.taxels))
@@ -87,3 +91,23 @@ def test_the_page_has_every_error_and_function() -> None:
     functions = set(re.findall(r"^(?:tfra_error_t|uint32_t) tfra_(\w+)\(", header, re.M))
     named = set(re.findall(r"`(\w+)`", page))
     assert functions - named == {"crc32", "repair_target", "repair_source"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("images", "slots"), [("load", 1), ("inline", 4)])
+def test_the_cosimulation(tmp_path: Path, images: str, slots: int) -> None:
+    """By the command in its head; a word that differs is noticed."""
+    choose("verilator")
+    design = replace(DESIGN, images=images, bus=Bus(slots))
+    written(tmp_path, design)
+    (tmp_path / f"{design.name}.v").write_text(to_verilog(design))
+    (tmp_path / f"{design.name}_axi.v").write_text(wrapper_verilog(design))
+    text = (tmp_path / "driver" / "cosim.cpp").read_text()
+    (command,) = re.findall(r"^ \*  (verilator .*)\n \* +(.*)$", text, re.M)
+    variables, recorded = environment("verilator", tmp_path), tmp_path / "driver" / f"{design.name}_recorded.h"
+    for wrong in (0, 1):
+        recorded.write_text(recorded.read_text().replace("}, {0,", f"}}, {{{wrong},", wrong))
+        words = ["sh", "-c", " ".join(command)]
+        done = subprocess.run(words, cwd=tmp_path, env=variables, capture_output=True, text=True, check=False)
+        assert f"{4 * design.frame_words} words compared, {wrong} differ" in done.stdout, done.stdout + done.stderr
+        assert done.returncode == wrong
