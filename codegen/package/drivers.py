@@ -11,6 +11,7 @@ from tfra.hdl.bus.map import BITS, RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import NUMBER
 from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
+from tfra.hdl.ip.output_stage import CUT
 from tfra.model.arrays import Ints
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
@@ -97,6 +98,7 @@ def _constants(registers: RegisterMap) -> dict[str, Any]:
         "header": {name: list(place) for name, place in HEADER.items()},
         "header_beats": HEADER_WORDS,
         "frame_format": FORMAT,
+        "frame_cut": CUT,
         "tables": {name: number for number, name in enumerate(TABLES)},
         "limits": LIMITS,
         "codes": CODES,
@@ -111,7 +113,7 @@ def _constants_header() -> str:
         for name, (beat, low, bits) in HEADER.items()
         for ending, value in (("beat", beat), ("bp", low), ("bm", hex(((1 << bits) - 1) << low)))
     ]
-    numbers = {"header_beats": HEADER_WORDS, "frame_format": FORMAT, **LIMITS, **CODES}
+    numbers = {"header_beats": HEADER_WORDS, "frame_format": FORMAT, "frame_cut": CUT, **LIMITS, **CODES}
     numbers |= {f"table_{name}": number for number, name in enumerate(TABLES)}
     places += [(name.upper(), value) for name, value in numbers.items()]
     places += [(f"STATUS__{flag.name}", hex(flag.value)) for flag in Status]

@@ -27,7 +27,7 @@ RULES = {
     "reset": (
         "aresetn is synchronous, active low, and needed for one cycle at least after power-up. The register"
         " CONTROL.soft_reset resets core and streams, but no register; it skips the rest of a frame that it cuts at the"
-        " input, and ends one that it cuts at the output by a beat with tlast and tuser high"
+        " input, and ends one that it cuts at the output by a beat with tlast and tuser high, whose bits are ones"
     ),
     "start": "no frame is taken until CONTROL.run is 1; a loaded core needs its coefficients by LOAD_DATA before",
     "streams": (
@@ -171,4 +171,4 @@ def _frames_out(design: Design) -> Iterator[str]:
     yield f"words {first}..{last}: those of {design.name}.v, their signs extended to {BITS} bits; TLAST with the last"
     if any(field.name == "forces" for field in design.layout):
         yield "CONTROL.taxel_forces = 0 leaves the forces at the taxels out"
-    yield "TUSER = 1 with TLAST: a soft reset cut this frame; throw it away"
+    yield "TUSER = 1 with TLAST, and all bits 1: a soft reset cut this frame; throw it away"

@@ -12,6 +12,9 @@ from tfra.hdl.lib.streams import SkidBuffer
 OUTPUT_BEAT = data.StructLayout({"data": BITS, "user": 1, "last": 1})
 """A beat of an output frame; ``user`` in its last one: a reset cut the frame."""
 
+CUT = (1 << BITS) - 1
+"""The data of that last beat: no status, with which frames end, has all bits."""
+
 RESULT_BEAT = data.StructLayout({"data": BITS, "last": 1, "started": BITS})
 """A beat of an output frame, and the time of the first taxel of its input frame."""
 
@@ -26,7 +29,7 @@ class OutputStage(wiring.Component):
     =======  =======  ======================================================================
     0        0        the first one of a frame from ``i``
     1        0        the others; a ``restart`` leads to ``abort``
-    1        1        a last word with ``user`` high, instead of those from ``i``
+    1        1        ``CUT`` as a last word with ``user`` high, instead of those from ``i``
     =======  =======  ======================================================================
 
     ``latency``: one cycle.  A frame has three words or more, so that its time is read before the next one ends.
@@ -53,7 +56,7 @@ class OutputStage(wiring.Component):
         started = Signal(BITS, reset_less=True)
         m.d.comb += [
             skid.i.valid.eq(abort | (self.i.valid & ~self.restart)),
-            skid.i.p.data.eq(self.i.p.data),
+            skid.i.p.data.eq(self.i.p.data | abort.replicate(BITS)),
             skid.i.p.user.eq(abort),
             skid.i.p.last.eq(abort | self.i.p.last),
             self.i.ready.eq(skid.i.ready & ~abort & ~self.restart),

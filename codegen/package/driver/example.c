@@ -51,7 +51,7 @@ int main(void)
     check("tare", tfra_wait_tare(&device, POLLS));
     for (int number = 0; number < 10; number++) {
         const size_t count = board_receive(beats, MOST_BEATS);
-        check("frame", tfra_parse_frame(config, beats, count, 0, &frame));
+        check("frame", tfra_parse_frame(config, beats, count, &frame));
         printf("%u: %.6f %.6f %.6f N, friction %.3f, faults 0x%03x\n", (unsigned)frame.sequence,
                tfra_resultant(config, &frame, 0), tfra_resultant(config, &frame, 1), tfra_resultant(config, &frame, 2),
                tfra_mu(config, &frame), (unsigned)frame.faults);

@@ -187,9 +187,8 @@ typedef struct {
     const int32_t *forces; /**< In the beats: f_x of all taxels, then f_y, f_z; NULL for a frame without them. */
 } tfra_frame_t;
 
-/** Takes an output frame apart: all its `count` beats, and the TUSER of its last beat (0 if the DMA keeps none). */
-tfra_error_t tfra_parse_frame(const tfra_config_t *config, const uint32_t *beats, size_t count, uint32_t tuser,
-                              tfra_frame_t *frame);
+/** Takes an output frame apart: all its `count` beats. */
+tfra_error_t tfra_parse_frame(const tfra_config_t *config, const uint32_t *beats, size_t count, tfra_frame_t *frame);
 
 /** Callbacks for registers in memory; `tfra_bus_t::user` is their base. */
 static inline int tfra_memory_read32(void *base, uint32_t address, uint32_t *word)

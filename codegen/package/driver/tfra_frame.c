@@ -42,8 +42,7 @@ static bool is_extended(const result_t *result, const tfra_field_t *field)
     return true;
 }
 
-tfra_error_t tfra_parse_frame(const tfra_config_t *config, const uint32_t *beats, size_t count, uint32_t tuser,
-                              tfra_frame_t *frame)
+tfra_error_t tfra_parse_frame(const tfra_config_t *config, const uint32_t *beats, size_t count, tfra_frame_t *frame)
 {
     const size_t whole = (size_t)TFRA_HEADER_BEATS + config->words;
     const tfra_field_t *const fields[] = {
@@ -52,7 +51,7 @@ tfra_error_t tfra_parse_frame(const tfra_config_t *config, const uint32_t *beats
     };
     const bool has_forces = count == whole && config->forces.count;
     const result_t result = {beats + TFRA_HEADER_BEATS, &config->forces, has_forces ? 0u : config->forces.count};
-    if (tuser)
+    if (count && beats[count - 1] == TFRA_FRAME_CUT)
         return TFRA_ERROR_FRAME_ABORTED;
     if (count != whole - result.skipped)
         return TFRA_ERROR_FRAME_LENGTH;

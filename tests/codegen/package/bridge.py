@@ -89,10 +89,9 @@ class World:
 
         self._done(begun)
 
-    def receive(self) -> tuple[bytes, int]:
-        """The next output frame, and its TUSER."""
-        frame = self._done(lambda: self._sink.recv(compact=False))
-        return bytes(frame.tdata), int(frame.tuser[-1])
+    def receive(self) -> bytes:
+        """The next output frame."""
+        return bytes(self._done(lambda: self._sink.recv(compact=False)).tdata)
 
     def interrupt(self, cycles: int = 10) -> bool:
         """Whether the interrupt is high after ``cycles``."""

@@ -26,9 +26,8 @@ static void show(const tfra_frame_t *frame)
 
 int main(void)
 {
-    uint32_t tuser;
     size_t count;
-    while (scanf("%" SCNx32 " %zx", &tuser, &count) == 2) {
+    while (scanf("%zx", &count) == 1) {
         uint32_t *const beats = malloc((count ? count : 1) * sizeof *beats); /* of its size, so a sanitizer sees more */
         tfra_frame_t frame;
         if (!beats)
@@ -36,7 +35,7 @@ int main(void)
         for (size_t beat = 0; beat < count; beat++)
             if (scanf("%" SCNx32, &beats[beat]) != 1)
                 return 1;
-        const tfra_error_t error = tfra_parse_frame(&DESIGN_config, beats, count, tuser, &frame);
+        const tfra_error_t error = tfra_parse_frame(&DESIGN_config, beats, count, &frame);
         if (error == TFRA_OK)
             show(&frame);
         else

@@ -137,8 +137,7 @@ def frames(world: Any, core: Any) -> None:
         whole = number != 1
         core.set_options(["taxel_forces"] if whole else [])
         world.send(words, 100 + number)
-        data, tuser = world.receive()
-        frame = world.host.parse_frame(world.facts, data, tuser)
+        frame = world.host.parse_frame(world.facts, world.receive())
         expected = by_field(world.facts, result)
         if not whole:
             del expected["forces"]
@@ -180,7 +179,7 @@ def faults(world: Any, core: Any) -> None:
     core.simulate_error()
     assert core.get_errors() == {"simulated"}
     world.send(world.frames[-1], 10)
-    frame = world.host.parse_frame(world.facts, *world.receive())
+    frame = world.host.parse_frame(world.facts, world.receive())
     assert dict(frame.words) == by_field(world.facts, world.results[-1])
     assert frame.faults == {"simulated", "sequence_gap"}
     assert core.get_errors() == {"simulated", "sequence_gap"}
@@ -203,7 +202,7 @@ def half_in(world: Any, core: Any) -> None:
     world.send_slowly(world.frames[0], 7, cycles=200)
     core.stop()
     core.set_gains(0, [GAIN] * taxels)
-    frame = world.host.parse_frame(world.facts, *world.receive())
+    frame = world.host.parse_frame(world.facts, world.receive())
     assert {**frame.words, "frame": 0} == {**by_field(world.facts, world.results[0]), "frame": 0}, "a frame half in"
     core.set_gains(0, [world.host.UNITY_GAIN] * taxels)
     core.start()

@@ -136,9 +136,9 @@ def c_program(folder: Path, design: Design) -> Path:
     return folder / "frames"
 
 
-def answers(program: Path, sent: list[tuple[int, list[int]]]) -> list[list[str]]:
-    """What ``frames.c`` prints for frames with their TUSER."""
-    text = "\n".join(f"{tuser:x} {len(words):x} " + " ".join(f"{word:x}" for word in words) for tuser, words in sent)
+def answers(program: Path, sent: list[list[int]]) -> list[list[str]]:
+    """What ``frames.c`` prints for frames."""
+    text = "\n".join(f"{len(words):x} " + " ".join(f"{word:x}" for word in words) for words in sent)
     done = subprocess.run([program], input=text, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     return [line.split() for line in done.stdout.splitlines()]
@@ -153,7 +153,7 @@ def test_frames(tmp_path: Path, design: Design) -> None:
     codes = np.random.default_rng(2).integers(-most, most, (8, design.sensor.taxels))
     taken = [(words, forces) for words in design.model(codes).words.tolist() for forces in (True, False)]
     sent = [beats(design, w, forces, (0xFFFF0000 | n, 0x010003A4)) for n, (w, forces) in enumerate(taken)]
-    lines = answers(program, [(0, frame) for frame in sent])
+    lines = answers(program, sent)
     for number, ((words, forces), frame, line) in enumerate(zip(taken, sent, lines, strict=True)):
         field = {f.name: words[f.start : f.start + f.count] for f in design.layout if forces or f.name != "forces"}
         parsed = host.parse_frame(facts, struct.pack(f"<{len(frame)}I", *frame))
@@ -178,24 +178,25 @@ def test_frames(tmp_path: Path, design: Design) -> None:
 
 
 WHOLE = beats(DESIGN, WORDS[0].tolist())
+SHORT = len(beats(DESIGN, WORDS[0].tolist(), forces=False))
 BAD = [
-    (1, WHOLE, 13, "soft reset"),
-    (0, WHOLE[:-1], 11, "bytes"),
-    (0, [*WHOLE, 0], 11, "bytes"),
-    (0, [], 11, "bytes"),
-    (0, [WHOLE[0], 2 << 24, *WHOLE[2:]], 12, "format 2"),
-    (0, [*WHOLE[:2], 1 << 16, *WHOLE[3:]], 12, "frame has more than 16 bits"),
-    (0, [*WHOLE[:-2], 1 << 20, WHOLE[-1]], 12, "forces has more than 21 bits"),
-    (0, [*WHOLE[:-2], 0xFFEFFFFF, WHOLE[-1]], 12, "forces has more than 21 bits"),
+    *(([*WHOLE[:count], 0xFFFFFFFF], 13, "soft reset") for count in (1, SHORT - 1, len(WHOLE) - 1)),
+    (WHOLE[:-1], 11, "bytes"),
+    ([*WHOLE, 0], 11, "bytes"),
+    ([], 11, "bytes"),
+    ([WHOLE[0], 2 << 24, *WHOLE[2:]], 12, "format 2"),
+    ([*WHOLE[:2], 1 << 16, *WHOLE[3:]], 12, "frame has more than 16 bits"),
+    ([*WHOLE[:-2], 1 << 20, WHOLE[-1]], 12, "forces has more than 21 bits"),
+    ([*WHOLE[:-2], 0xFFEFFFFF, WHOLE[-1]], 12, "forces has more than 21 bits"),
 ]
 
 
 def test_bad_frames(package: Path, host: ModuleType) -> None:
-    lines = answers(c_program(package, DESIGN), [(tuser, words) for tuser, words, *_ in BAD])
+    lines = answers(c_program(package, DESIGN), [words for words, *_ in BAD])
     assert [int(line[0]) for line in lines] == [code for *_, code, _ in BAD]
-    for tuser, words, _, text in BAD:
+    for words, _, text in BAD:
         with pytest.raises(host.DeviceError, match=text):
-            host.parse_frame(FACTS, struct.pack(f"<{len(words)}I", *words), tuser)
+            host.parse_frame(FACTS, struct.pack(f"<{len(words)}I", *words))
 
 
 class Answers:

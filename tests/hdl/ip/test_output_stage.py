@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.hdl.bus.manager import simulated
-from tfra.hdl.ip.output_stage import OutputStage
+from tfra.hdl.ip.output_stage import CUT, OutputStage
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -48,6 +48,7 @@ def test_output_stage_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
             ended.extend([started] * end)
             if valid and ready:
                 words += [] if p.user else [p.data]
+                assert not p.user or p.data == CUT
                 if p.last:
                     back.append((words, p.user))
                     words = []

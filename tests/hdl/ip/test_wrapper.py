@@ -13,6 +13,7 @@ from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.framer import HEADER_WORDS
+from tfra.hdl.ip.output_stage import CUT
 from tfra.hdl.ip.wrapper import interval, latencies
 from tfra.model.choices import SERIAL, Architecture, Bus, Search
 from tfra.model.fixed.design import Design
@@ -200,6 +201,29 @@ def test_soft_reset_in_frames() -> None:
     assert cut == 1
     assert words[:-1] == bench.answer(7, 0)[: len(words) - 1]
     assert whole == (0, bench.answer(50, 0, 9))
+
+
+def test_soft_reset_at_every_phase_of_a_frame() -> None:
+    """A frame leaves whole, ends with a word that no frame ends with, or leaves no word; the next one begins at 0."""
+    bench, lengths = Bench(design()), set()
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        for phase in range(70):
+            beats, whole, before = packed([phase, *FRAME[1:]], 1), bench.answer(phase, 0), len(bench.back)
+            await bench.send(ctx, beats[: phase + 1], last=phase >= 5)
+            await bench.settle(ctx, max(1, phase - 5))
+            await bench.write(ctx, "CONTROL", run=1, soft_reset=1)
+            await bench.send(ctx, beats[phase + 1 :])
+            await bench.settle(ctx, 50)
+            for cut, words in bench.back[before:]:
+                lengths.add(len(words))
+                assert words == ([*whole[: len(words) - 1], CUT] if cut else whole)
+            assert len(bench.back) <= before + 1
+
+    bench.run(host)
+    assert lengths >= {*range(2, 1 + len(bench.answer(0, 0)))}
+    assert len(bench.back) < 60
 
 
 def test_run_stops_between_frames() -> None:

@@ -36,14 +36,14 @@ def frame_bytes(facts: Mapping[str, Any], taxel_forces: bool = True) -> int:
     return 4 * beats
 
 
-def parse_frame(facts: Mapping[str, Any], data: bytes, tuser: int = 0) -> Frame:
-    """Take an output frame apart: ``data`` are all its beats, lowest byte first, ``tuser`` that of the last one.
+def parse_frame(facts: Mapping[str, Any], data: bytes) -> Frame:
+    """Take an output frame apart: ``data`` are all its beats, lowest byte first.
 
     Raises ``DeviceError`` for a frame that a soft reset ended, and for another length or format.
     """
     fields: list[dict[str, Any]] = facts["result"]["fields"]
     whole, short = frame_bytes(facts), frame_bytes(facts, taxel_forces=False)
-    if tuser:
+    if data[-4:] == CONSTANTS["frame_cut"].to_bytes(4, "little"):
         raise DeviceError("a soft reset ended the frame")
     if len(data) not in (whole, short):
         raise DeviceError(f"a frame has {whole} bytes, or {short} without forces at the taxels, not {len(data)}")
