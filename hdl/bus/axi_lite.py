@@ -2,14 +2,14 @@
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value
+from amaranth import Cat, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS, BYTES
 from tfra.hdl.lib.pipeline import delayed
 
-ANSWER = 2
+ANSWER = 3
 """Cycles from an access of a register port to its answer."""
 
 
@@ -33,14 +33,15 @@ def bus(address_bits: int) -> wiring.Signature:
 def register_port(address_bits: int) -> wiring.Signature:
     """The port of registers as its user drives it.
 
-    ``read`` or ``write`` is high for one cycle, never both.  ``answer`` and ``read_error``, or ``write_error``, are
+    ``read`` or ``write`` is high for one cycle, or both are.  ``answer`` and ``read_error``, or ``write_error``, are
     there ``ANSWER`` cycles later, and stay until the next access of that kind is answered.
     """
     return wiring.Signature({
-        "address": Out(address_bits),  # of a byte; its low bits have no meaning
+        "read_address": Out(address_bits),  # of a byte; its low bits have no meaning
         "read": Out(1),
         "answer": In(BITS),
         "read_error": In(1),
+        "write_address": Out(address_bits),
         "write": Out(1),
         "data": Out(BITS),  # the word to write ...
         "strobe": Out(BYTES),  # ... and which of its bytes
@@ -49,14 +50,13 @@ def register_port(address_bits: int) -> wiring.Signature:
 
 
 class AxiLite(wiring.Component):
-    """Turn the accesses of an AXI4-Lite bus into those of a register port, one at a time, writes first.
+    """Turn the accesses of an AXI4-Lite bus into those of a register port.
 
     One write and one read may be outstanding.  Address and data of a write come in any order.  An error of the
     registers is answered with SLVERR.  Every output to the bus is a register, so no ready leads to a valid.
 
-    ``latency`` counts cycles from the transfer that completes a request to the valid of its answer, when no access of
-    the other kind is made at that time.  ``interval`` counts cycles between requests of a kind whose answers are taken
-    at once.
+    ``latency`` counts cycles from the transfer that completes a request to the valid of its answer.  ``interval``
+    counts cycles between requests of a kind whose answers are taken at once.
     """
 
     latency = 1 + ANSWER
@@ -73,8 +73,9 @@ class AxiLite(wiring.Component):
         read_address, read_waits = self._request(m, "ar", ("addr",), port.read, "r")
         m.d.comb += [
             port.write.eq(write_waits & word_waits),
-            port.read.eq(read_waits & ~port.write),
-            port.address.eq(Mux(port.write, write_address, read_address)),
+            port.write_address.eq(write_address),
+            port.read.eq(read_waits),
+            port.read_address.eq(read_address),
             Cat(port.data, port.strobe).eq(word),
             bus.rdata.eq(port.answer),
             bus.rresp.eq(port.read_error << 1),

@@ -9,12 +9,14 @@ from amaranth import Cat, Const, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tfra.hdl.bus.axi_lite import AxiLite, bus
+from tfra.hdl.bus.axi_lite import ANSWER, AxiLite, bus
 from tfra.hdl.bus.map import BITS, BYTES, Field, Kind, Register, RegisterMap
 from tfra.hdl.lib import pipeline
 
 _WORD = (BYTES - 1).bit_length()
 """The lowest bit of a byte address that tells registers apart."""
+_GROUP = 8
+"""Registers whose words become one in the second step of a read."""
 
 
 def hardware_ports(field: Field) -> dict[str, Any]:
@@ -106,7 +108,7 @@ class Registers(wiring.Component):
         return Signal(field.bits, name=f"{register.name}_{field.name}", init=field.reset)
 
     def _writable(self, m: Module, register: Register, field: Field, own: Value) -> None:
-        here = self._port.write & (self._port.address[_WORD:] == register.address >> _WORD)
+        here = self._port.write & (self._port.write_address[_WORD:] == register.address >> _WORD)
         word, strobe = self._port.data[field.low :], self._port.strobe
         ones = Cat(word[bit] & strobe[(field.low + bit) // 8] & here for bit in range(field.bits))
         if field.kind is Kind.PULSE:
@@ -124,11 +126,11 @@ class Registers(wiring.Component):
                 m.d.sync += written.eq(here & strobe[lanes.start : lanes.stop].any())
 
     def _answer(self, m: Module, values: Mapping[str, Value]) -> None:
-        """A read is answered in two steps: which register, and the constant one; then the word.
+        """A read is answered in three steps: which register, and the constant one; its group's word; the word.
 
         One step would take a third more lookup tables, since mappers then decode the address for every bit.
         """
-        number = self._port.address[_WORD:]
+        number = self._port.read_address[_WORD:]
         readable = [register for register in self._map.registers if register.readable]
         words = {register.address >> _WORD: self._word(register, values) for register in readable}
         constants = {place: word for place, word in words.items() if isinstance(word, Const)}
@@ -137,14 +139,16 @@ class Registers(wiring.Component):
         parts = [pipeline.register(m, every.word_select(number, BITS), "constant")]
         for place in (place for place in words if place not in constants):
             parts.append(words[place] & pipeline.register(m, number == place, "selected").replicate(BITS))
-        wrong = pipeline.register(m, ~self._is_one_of(number, words), "wrong")
-        with m.If(pipeline.register(m, self._port.read, "read", control=True)):
-            m.d.sync += answer.eq(reduce(or_, parts))
+        grouped = [reduce(or_, parts[first : first + _GROUP]) for first in range(0, len(parts), _GROUP)]
+        groups = [pipeline.register(m, word, "group") for word in grouped]
+        wrong = pipeline.delayed(m, ~self._is_one_of(number, words), ANSWER - 1, "wrong")
+        with m.If(pipeline.delayed(m, self._port.read, ANSWER - 1, "read", control=True)):
+            m.d.sync += answer.eq(reduce(or_, groups))
             m.d.sync += error.eq(wrong)
         write_error = pipeline.driver(m, self._port.write_error)
         writable = [register.address >> _WORD for register in self._map.registers if register.writable]
         with m.If(self._port.write):
-            m.d.sync += write_error.eq(~self._is_one_of(number, writable))
+            m.d.sync += write_error.eq(~self._is_one_of(self._port.write_address[_WORD:], writable))
 
     @staticmethod
     def _word(register: Register, values: Mapping[str, Value]) -> Value:

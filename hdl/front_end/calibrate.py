@@ -54,7 +54,7 @@ class Calibrate(wiring.Component):
             "faults": Out(FAULTS),  # of the taxel at ``o``
             "repair": Out(1),  # pulse: software writes to the table of repairs ...
             "repair_place": Out(counter_shape(repair_places(taxels) - 1)),  # ... at this place ...
-            "repair_word": In(BITS),  # ... which has this word, a cycle later
+            "repair_word": In(BITS),  # ... which has this word, two cycles later
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -110,9 +110,9 @@ class Calibrate(wiring.Component):
         ]
         with m.Switch(software.kind):
             with m.Case(OFFSETS):
-                m.d.comb += software.value.eq(read.data[OFFSETS].as_signed())
+                m.d.comb += software.value.eq(entry[OFFSETS].as_signed())
             with m.Case(GAINS):
-                m.d.comb += software.value.eq(read.data[GAINS])
+                m.d.comb += software.value.eq(entry[GAINS])
             with m.Case(REPAIRS):
                 m.d.comb += software.value.eq(self.repair_word)
         return entry

@@ -61,7 +61,7 @@ class Codes(wiring.Component):
     Resources: a multiplier of 18 x 18 bits, one cell on most devices; two pages of codes.
     """
 
-    latency = Multiplier.latency + 2
+    latency = Multiplier.latency + 3
     """Cycles from the multiplier's operands to the cycle that writes the code."""
 
     def __init__(self, design: Design) -> None:
@@ -78,6 +78,7 @@ class Codes(wiring.Component):
             "read": In(1),
             "stored": Out(stored_code(bits)),  # the code at ``address``, a cycle after ``read``
             "reached": Out(2),  # of each page: a code reaches ``contact``
+            "settles": Out(1),  # the code of a repair is written a cycle later
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -131,16 +132,15 @@ class Codes(wiring.Component):
         target = Signal.like(self.term.target, reset_less=True)
         with m.If(self.term.valid & self.term.end):
             m.d.sync += target.eq(self.term.target)
-        is_taxel = Signal()
-        is_repair = Signal()
-        size = Signal(len(code))
+        is_taxel = delayed(m, self.taxel.valid, self.latency, "taxel", control=True)
+        settles = delayed(m, self.term.valid & self.term.writes, FETCH + self.latency - 1, "end", control=True)
+        is_repair = register(m, settles, "end", control=True)
+        size = register(m, abs(code)[: len(code)], "size")
         stored = Signal.like(self.stored)
         reaches = size >= self.contact
         m.d.comb += [
-            is_taxel.eq(delayed(m, self.taxel.valid, self.latency, "taxel", control=True)),
-            is_repair.eq(delayed(m, self.term.valid & self.term.writes, FETCH + self.latency, "end", control=True)),
-            size.eq(abs(code)),
-            stored.code.eq(code),
+            self.settles.eq(settles),
+            stored.code.eq(register(m, code, "code")),
             stored.small.eq(size < self.dead_band),
         ]
         address = Mux(is_repair, Cat(target, self.page), Cat(index, page))

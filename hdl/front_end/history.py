@@ -71,15 +71,17 @@ class History(wiring.Component):
         page = Signal()
         stored = Signal(STATE, reset_less=True)
         updated = Signal(STATE, reset_less=True)
+        unused = register(m, (WORD - self.word_bits)[:4], "unused")
+        above = register(m, Cat(unused >= bits for bits in range(WORD - LEAST_WORD, 0, -1)), "above")
         entered = register(m, self.word, "word")
-        value, saturated, outside = reading(entered, self.word_bits, self.is_unsigned)
+        value = register(m, reading(entered, unused, self.is_unsigned), "value")
         word = register(m, entered, "word")
         part = delayed(m, self.part, 2, "part")
         same = (stored.word == word) & ~part.fresh
         m.d.sync += [
             page.eq(page ^ self.good),
             stored.eq(states.read(Cat(self.index, page), self.entered)),
-            updated.sum.eq(Mux(part.first, 0, stored.sum) + register(m, value, "value")),
+            updated.sum.eq(Mux(part.first, 0, stored.sum) + value),
             updated.word.eq(word),
             updated.age.eq(Mux(same, stored.age + ~stored.age.all(), 1)),
         ]
@@ -90,29 +92,32 @@ class History(wiring.Component):
             o.part.eq(register(m, part, "part")),
             o.sum.eq(updated.sum),
             o.faults.stuck.eq((updated.age >= self.stuck_frames) & self.stuck_frames.any()),
-            o.faults.saturated.eq(delayed(m, saturated, 2, "saturated")),
-            o.faults.out_of_range.eq(delayed(m, outside, 2, "outside")),
+            o.faults.saturated.eq(register(m, is_saturated(value[:WORD], above, self.is_unsigned), "saturated")),
+            o.faults.out_of_range.eq(register(m, is_outside(word, above, self.is_unsigned), "outside")),
         ]
         states.write(o.valid, Cat(o.index, ~delayed(m, page, self.latency, "page")), updated)
         return m
 
 
-def reading(word: Value, word_bits: Value, is_unsigned: Value) -> tuple[Value, Value, Value]:
-    """Signed value of ``word`` times 2^(16 - ``word_bits``), 17 bits; whether it is saturated, and out of range.
-
-    Combinational.  A word is saturated at both ends of its range, and out of range if the bits above are no extension
-    of it.
-    """
-    unused = (WORD - word_bits)[:4]
-    at_least = [unused >= bits for bits in range(1, WORD - LEAST_WORD + 1)]  # so many bits are unused, or more
+def reading(word: Value, unused: Value, is_unsigned: Value) -> Value:
+    """Signed value of ``word`` times 2^``unused``, 17 bits."""
     moved = (word << unused)[:WORD]
-    sign = moved[-1]
+    return Cat(moved, moved[-1] & ~is_unsigned).as_signed()
+
+
+def is_saturated(moved: Value, above: Value, is_unsigned: Value) -> Value:
+    """Whether a word, ``moved`` to the top of its 16 bits, is at either end of its range.
+
+    ``above`` has a one for each bit that is unused, from the highest bit on.
+    """
     # Both ends have all bits set but for the sign, which an unsigned word has the other way round.
-    ones = moved[:-1] ^ (sign ^ is_unsigned).replicate(WORD - 1)
-    saturated = (ones | Cat(at_least, Const(0, LEAST_WORD - 1))).all()
+    ones = moved[:-1] ^ (moved[-1] ^ is_unsigned).replicate(WORD - 1)
+    return (ones | Cat(above[::-1], Const(0, LEAST_WORD - 1))).all()
+
+
+def is_outside(word: Value, above: Value, is_unsigned: Value) -> Value:
+    """Whether the bits ``above`` are no extension of the ``word``."""
     extension = word ^ (word[-1] & ~is_unsigned).replicate(WORD)
-    above = Cat(at_least[::-1])  # the bits above the highest one of an unsigned word
-    from_sign = Cat(at_least[::-1], Const(1, 1))
     outside_unsigned = (extension[LEAST_WORD:] & above).any()
-    outside_signed = (extension[LEAST_WORD - 1 :] & from_sign).any() & ~is_unsigned
-    return Cat(moved, sign & ~is_unsigned).as_signed(), saturated, outside_unsigned | outside_signed
+    outside_signed = (extension[LEAST_WORD - 1 :] & Cat(above, Const(1, 1))).any() & ~is_unsigned
+    return outside_unsigned | outside_signed

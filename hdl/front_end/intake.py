@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import NUMBER, TAXEL
 from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.hdl.lib.pipeline import driver, wrapping_counter
+from tfra.hdl.lib.pipeline import driver, register, wrapping_counter
 from tfra.model.fixed.front_end import WORD
 
 ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS})
@@ -53,11 +53,11 @@ class Intake(wiring.Component):
             "taking": Out(1),  # a frame is being taken, not dropped
             "ended": Out(1),  # the frame that was taken ends ...
             "good": Out(1),  # ... and is complete
-            "origin": Out(ORIGIN),  # of the last complete frame, a cycle later
+            "origin": Out(ORIGIN),  # of the last complete frame, two cycles later
             "short": Out(1),  # a frame is dropped, a cycle later
             "long": Out(1),
             "late": Out(1),
-            "gap": Out(1),  # a frame's number does not follow the one before, a cycle later
+            "gap": Out(1),  # a frame's number does not follow the one before, two cycles later
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -78,16 +78,15 @@ class Intake(wiring.Component):
             self.long.eq(self.entered & final & ~last),
             self.late.eq(0),
         ]
-        arrived = self._states(m, transfer, last, final)
-        self._count(m, arrived)
+        self._count(m, *self._states(m, transfer, last, final))
         return m
 
-    def _states(self, m: Module, transfer: Value, last: Value, final: Value) -> Value:
-        """The states; high when a frame ends whose number counts."""
+    def _states(self, m: Module, transfer: Value, last: Value, final: Value) -> tuple[Value, Value]:
+        """The states; high when a frame ends whose number counts; high between frames."""
         skips = Signal()
         cut = Signal(reset_less=True)  # a reset clears all states; only this register stores what was asked during it
         m.d.sync += cut.eq(self.skip)
-        with m.FSM():
+        with m.FSM() as states:
             with m.State("WAKE"):
                 m.next = "IDLE"
                 with m.If(cut):
@@ -123,21 +122,22 @@ class Intake(wiring.Component):
             with m.State("SKIP"):
                 m.d.comb += skips.eq(1)
                 self._drop(m, last)
-        return last & ~skips
+        return last & ~skips, states.ongoing("IDLE")
 
     def _drop(self, m: Module, last: Value) -> None:
         m.d.comb += self.i.ready.eq(1)
         with m.If(last):
             m.next = "IDLE"
 
-    def _count(self, m: Module, arrived: Value) -> None:
+    def _count(self, m: Module, arrived: Value, idle: Value) -> None:
         """Numbers of frames, and the origin of the last complete one."""
         sequence = Signal(NUMBER)
         following = Signal(NUMBER, reset_less=True)  # the number that is to come
         known = Signal()
         started = Signal(BITS, reset_less=True)
         origin = driver(m, self.origin)
-        user = self.i.payload.user
+        user = register(m, self.i.payload.user, "user")
+        arrived = register(m, arrived, "arrived", control=True)
         jumps = arrived & known & (user != following)
         m.d.sync += [
             self.gap.eq(jumps & self.check_sequence),
@@ -146,9 +146,9 @@ class Intake(wiring.Component):
         with m.If(arrived):
             m.d.sync += sequence.eq(sequence + 1)
             m.d.sync += following.eq(user + 1)
-        with m.If(self.entered & (self.index == 0)):
+        with m.If(idle):
             m.d.sync += started.eq(self.time)
-        with m.If(self.good):
+        with m.If(register(m, self.good, "good", control=True)):
             m.d.sync += [
                 origin.sequence.eq(sequence),
                 origin.user.eq(user),
@@ -171,7 +171,7 @@ class Means(wiring.Component):
             "between": In(1),  # no frame is being taken, or its last taxel is
             "good": In(1),  # a complete frame ends
             "written": In(1),  # the offsets of a tare are written
-            "part": Out(PART),  # of the frame that is being taken; changes after its last taxel
+            "part": Out(PART),  # of the frame that is being taken, a cycle later
             "taring": Out(1),
             "settling": Out(1),  # no frame may begin
             "completes": Out(1),  # a frame for the core ends
@@ -184,11 +184,12 @@ class Means(wiring.Component):
         requested = Signal()
         part = self.part
         log2 = Mux(self.taring, self.log2_tare, self.log2_average)
+        final = Cat(log2 > bit for bit in range(len(number)))  # 2^log2 - 1
         m.d.comb += [
-            part.first.eq(number == 0),
-            part.final.eq(number == Cat(log2 > bit for bit in range(len(number)))),  # 2^log2 - 1
-            part.tares.eq(self.taring),
-            part.fresh.eq(~known),
+            part.final.eq(register(m, number == final, "final")),
+            part.tares.eq(register(m, self.taring, "tares")),
+            part.fresh.eq(register(m, ~known, "fresh")),
+            part.first.eq(register(m, number == 0, "first")),
             self.completes.eq(self.good & part.final & ~self.taring),
         ]
         with m.If(self.written):

@@ -27,7 +27,7 @@ class OutputReader(wiring.Component):
     ========  =======================================  ===================================
     """
 
-    latency = 4
+    latency = 5
     """Cycles from the first one in which a frame is ``waiting`` to the transfer of its first code, without repairs."""
 
     def __init__(self, design: Design) -> None:
@@ -53,16 +53,22 @@ class OutputReader(wiring.Component):
         advance = skid.i.ready
         reading = Signal()
         address, last = wrapping_counter(m, reading & advance, self._taxels, "address")
+        fetched = Signal()
+        end = Signal()
+        word = Signal(self.stored.shape(), reset_less=True)
         with m.If(advance):
             m.d.sync += [
-                skid.i.valid.eq(reading),
-                skid.i.payload.end.eq(last),
+                fetched.eq(reading),
+                end.eq(last),
+                skid.i.valid.eq(fetched),
+                skid.i.payload.end.eq(end),
+                word.eq(self.stored),
             ]
         m.d.comb += [
             self.address.eq(address),
             self.read.eq(advance),
             self.o.payload.eq(self.facts.payload),
-            skid.i.payload.code.eq(Mux(self.silent | self.stored.small, 0, self.stored.code)),
+            skid.i.payload.code.eq(Mux(self.silent | word.small, 0, word.code)),
             self.codes.valid.eq(skid.o.valid),
             self.codes.payload.eq(skid.o.payload.code),
             skid.o.ready.eq(self.codes.ready),

@@ -2,13 +2,14 @@
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth import Module, Mux, Signal, signed
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.codes import FETCH, Codes, term_slot
 from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.lib.pipeline import register
 from tfra.hdl.lib.ram import Ram
 from tfra.model.fixed.front_end import WEIGHT, repair_places
 
@@ -21,7 +22,7 @@ class Repair(wiring.Component):
 
     ::
 
-        number ─▶ table ─▶ (fetched) ─▶ entry (valid) ─▶ term, source
+        number ─▶ table ─▶ (fetched) ─▶ entry (valid) ─▶ (issue) ─▶ term, source
 
     A header, or the end of the table, is an end of the sum before it; the next term waits until that one's code is
     written.  For a table of ``n`` words with ``h`` headers, the first word a header, that is :meth:`cycles`.
@@ -33,13 +34,14 @@ class Repair(wiring.Component):
             "write": In(1),  # software writes ``data`` at ``place``
             "place": In(counter_shape(self._places - 1)),
             "data": In(BITS),
-            "stored": Out(BITS),  # the word at ``place`` a cycle before, while no frame is repaired
+            "stored": Out(BITS),  # the word at ``place`` two cycles before, while no frame is repaired
             "repair_words": In(16),  # setting: how many are used
             "active": In(1),  # a frame is to be repaired ...
             "repaired": Out(1),  # ... until it is
-            "blocked": In(1),  # a taxel comes to the multiplier ``FETCH`` cycles later
-            "term": Out(term_slot(taxels)),
+            "blocked": In(1),  # a taxel comes to the multiplier ``FETCH + 1`` cycles later
+            "term": Out(term_slot(taxels)),  # registers
             "source": Out(counter_shape(taxels - 1)),  # the taxel whose code the term needs
+            "settles": In(1),  # the code of the last sum is written a cycle later
         })
 
     @staticmethod
@@ -51,34 +53,37 @@ class Repair(wiring.Component):
         m = Module()
         table = Ram(m, "table", BITS, self._places)
         table.write(self.write, self.place, self.data)
-        number = Signal(16)  # of the next word
+        number = Signal.like(self.place)  # of the next word
+        left = Signal(16)  # words from that one on ...
+        more = Signal()  # ... and whether there are any
         fetched = Signal()  # a word is read
         valid = Signal()  # ``entry`` is a word
         entry = Signal(_ENTRY, reset_less=True)
         opened = Signal()  # a target has been named
         target = Signal.like(self.term.target, reset_less=True)
-        pending = Signal(FETCH + Codes.latency)  # bit k: a sum ended k + 1 cycles ago, and its code is not written
-        more = self.active & (number < self.repair_words)
+        waits = Signal()  # a sum has ended, and its code is not written
         empty = ~(more | fetched | valid)
         end = empty | entry.header
-        issue = (valid | (empty & opened)) & ~self.blocked & ~pending.any()
+        issue = (valid | (empty & opened)) & ~self.blocked & ~waits
         advance = ~valid | issue
-        m.d.comb += [
-            self.repaired.eq(empty & ~opened & ~pending.any()),
-            self.term.valid.eq(issue),
-            self.term.end.eq(end),
-            self.term.writes.eq(end & opened),
-            self.term.weight.eq(Mux(end, 0, entry.weight)),
-            self.term.target.eq(target),
-            self.source.eq(entry.taxel),
-        ]
         word = table.read(Mux(self.active, number, self.place), advance)
-        m.d.comb += self.stored.eq(word)
-        m.d.sync += pending.eq(Cat(issue & end & opened, pending))
+        m.d.comb += [
+            self.stored.eq(entry),
+            self.repaired.eq(empty & ~opened & ~waits),
+            self.term.valid.eq(register(m, issue, "valid", control=True)),
+            self.term.end.eq(register(m, end, "end")),
+            self.term.writes.eq(register(m, end & opened, "writes")),
+            self.term.weight.eq(register(m, Mux(end, 0, entry.weight), "weight")),
+            self.term.target.eq(register(m, target, "target")),
+            self.source.eq(register(m, entry.taxel, "source")),
+        ]
+        m.d.sync += waits.eq((issue & end & opened) | (waits & ~self.settles))
         with m.If(advance):
             m.d.sync += [
                 number.eq(number + more),
-                fetched.eq(more),
+                left.eq(left - more),
+                more.eq(more & (left != 1)),
+                fetched.eq(more & self.active),
                 valid.eq(fetched),
                 entry.eq(word),
             ]
@@ -86,5 +91,9 @@ class Repair(wiring.Component):
             m.d.sync += opened.eq(valid)
             m.d.sync += target.eq(entry.taxel)
         with m.If(~self.active):
-            m.d.sync += number.eq(0)
+            m.d.sync += [
+                number.eq(0),
+                left.eq(self.repair_words),
+                more.eq(self.repair_words.any()),
+            ]
         return m

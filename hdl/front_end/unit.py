@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.calibrate import Calibrate
-from tfra.hdl.front_end.codes import FETCH, Codes
+from tfra.hdl.front_end.codes import Codes
 from tfra.hdl.front_end.faults import Faults
 from tfra.hdl.front_end.history import History
 from tfra.hdl.front_end.intake import ORIGIN, Intake, Means
@@ -24,7 +24,7 @@ from tfra.model.fixed.front_end import check
 PAGES = 2
 """Frames whose codes are stored: one that comes, and one that is repaired and leaves."""
 
-_CALIBRATED = History.latency + Calibrate.latency
+_CALIBRATED = 1 + History.latency + Calibrate.latency
 """Cycles from the transfer of a taxel to its deviation, gain and faults."""
 _COMPLETE = _CALIBRATED + 1
 """Cycles from the transfer of a frame's last taxel to the pulse of its end, when all its faults are known."""
@@ -43,7 +43,7 @@ class FrontEnd(wiring.Component):
     cycle                    taxel
     =======================  ================================================================
     0                        transfer at ``i``
-    History.latency          summed; its state is written
+    1 + History.latency      summed; its state is written
     + Calibrate.latency      deviation and gain are at the multiplier, faults are known
     + Codes.latency          its code is written
     =======================  ================================================================
@@ -107,7 +107,7 @@ class FrontEnd(wiring.Component):
     def _ends(self, m: Module) -> tuple[Value, Value]:
         """Pulses when all faults of a frame are known: it completes one for the core; it completes a tare."""
         part = self._means.part
-        tared = self._intake.good & part.tares & part.final
+        tared = self._intake.good & self._means.taring & part.final
         completes = delayed(m, self._means.completes, _COMPLETE, "completes", control=True)
         return completes, delayed(m, tared, _COMPLETE, "turn", control=True)
 
@@ -118,7 +118,7 @@ class FrontEnd(wiring.Component):
         _connect(m, self, intake, ("time", "skip"))
         m.d.comb += [
             intake.can_begin.eq(~busy[-1] & ~means.settling),
-            intake.stall.eq(reader.repair & ~self._repair.repaired),
+            intake.stall.eq(register(m, reader.repair & ~self._repair.repaired, "stall", control=True)),
             means.tare.eq(self.tare),
             means.between.eq(~intake.taking | intake.ended),
             means.good.eq(intake.good),
@@ -131,8 +131,11 @@ class FrontEnd(wiring.Component):
         """A taxel's sum over the frames of a mean becomes its deviation, with its gain."""
         history, intake = self._history, self._intake
         connect(m, flipped(self.tables), self._calibrate.software)
-        _connect(m, intake, history, ("entered", "index", "word", "good"))
         m.d.comb += [
+            history.entered.eq(register(m, intake.entered, "entered", control=True)),
+            history.index.eq(register(m, intake.index, "index")),
+            history.word.eq(register(m, intake.word, "word")),
+            history.good.eq(register(m, intake.good, "good", control=True)),
             history.part.eq(self._means.part),
             self._calibrate.i.eq(history.o),
             self._calibrate.turn.eq(turn),
@@ -155,7 +158,8 @@ class FrontEnd(wiring.Component):
             codes.address.eq(Mux(reader.repair, repair.source, reader.address)),
             codes.read.eq(reader.repair | reader.read),
             repair.active.eq(reader.repair),
-            repair.blocked.eq(delayed(m, self._history.o.valid, Calibrate.latency - FETCH, "blocked", control=True)),
+            repair.blocked.eq(self._history.o.valid),
+            repair.settles.eq(codes.settles),
             repair.write.eq(calibrate.repair),
             repair.place.eq(calibrate.repair_place),
             repair.data.eq(self.tables.data),
@@ -169,7 +173,7 @@ class FrontEnd(wiring.Component):
         As many facts wait as there are pages of codes; the origin is known before the flags.
         """
         reader, intake = self._reader, self._intake
-        complete = register(m, self._means.completes, "completes", control=True)
+        complete = delayed(m, self._means.completes, 2, "completes", control=True)
         origin = self._wait(m, complete, intake.origin, "origin")
         flags = self._wait(m, completes, self._faults.flags, "flags")
         waiting = occupancy(m, PAGES, completes, reader.done)
@@ -202,7 +206,7 @@ class FrontEnd(wiring.Component):
     def _report(self, m: Module, completes: Value) -> None:
         """Faults of a frame when its last taxel is calibrated; events of the intake at once."""
         faults, intake, calibrate = self._faults, self._intake, self._calibrate
-        tares = intake.good & self._means.part.tares
+        tares = intake.good & self._means.taring
         _connect(m, faults, self, ("faulty", "faulty_store"))
         m.d.comb += [
             faults.taxel.eq(calibrate.o.valid),
@@ -210,7 +214,7 @@ class FrontEnd(wiring.Component):
             faults.faults.eq(calibrate.faults),
             faults.simulate.eq(self.simulate),
             faults.end.eq(delayed(m, intake.good, _COMPLETE, "end", control=True)),
-            faults.gap.eq(delayed(m, intake.gap, _CALIBRATED, "gap", control=True)),
+            faults.gap.eq(delayed(m, intake.gap, _COMPLETE - 2, "gap", control=True)),
             faults.completes.eq(completes),
             faults.tares.eq(delayed(m, tares, _COMPLETE, "tares")),
             self.events.accepted.eq(register(m, intake.good, "accepted", control=True)),

@@ -11,6 +11,7 @@ from tfra.hdl.bus.map import BITS, RegisterMap
 from tfra.hdl.bus.registers import hardware
 from tfra.hdl.front_end.ports import EVENTS, FAULTY, SETTINGS, TABLES
 from tfra.hdl.ip.load import LOADING, Crc
+from tfra.hdl.lib.pipeline import register
 
 _SETTINGS = {
     "run": "CONTROL.run",
@@ -65,12 +66,13 @@ class Control(wiring.Component):
             self.time.eq(self.time + 1),
         ]
         for name, path in _SETTINGS.items():
-            m.d.comb += getattr(self.settings, name).eq(attrgetter(path)(self.hardware))
+            m.d.sync += getattr(self.settings, name).eq(attrgetter(path)(self.hardware))
+        running = (control.run & self.loading.loaded) | self.calibrating
         m.d.comb += [
             self.tare.eq(control.tare),
             self.simulate.eq(control.simulate_error),
             self.taxel_forces.eq(control.taxel_forces),
-            status.running.eq((control.run & self.loading.loaded) | self.calibrating),
+            status.running.eq(register(m, running, "running", control=True)),
             status.loaded.eq(self.loading.loaded),
             status.busy.eq(self.busy),
             status.taring.eq(self.taring),
@@ -91,11 +93,13 @@ class Control(wiring.Component):
             m.d.sync += index.eq(index + 1)
         with m.If(chosen):
             m.d.sync += index.eq(place.index)
-        m.d.comb += [
+        m.d.sync += [
             tables.index.eq(index),
             tables.kind.eq(place.kind),
-            tables.data.eq(word.word),
             tables.data_written.eq(word.word_written),
+        ]
+        m.d.comb += [
+            tables.data.eq(word.word),
             crc.restart.eq(chosen),
             crc.start.eq(word.word_written),
             crc.word.eq(word.word),

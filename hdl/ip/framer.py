@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from amaranth import Cat, Const, Module, Signal
+from amaranth import Cat, Const, Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -10,8 +10,7 @@ from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import FACTS
 from tfra.hdl.interface import ports
 from tfra.hdl.ip.output_stage import RESULT_BEAT
-from tfra.hdl.lib.arithmetic import during
-from tfra.hdl.lib.pipeline import wrapping_counter
+from tfra.hdl.lib.pipeline import register, wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
@@ -58,7 +57,7 @@ class Framer(wiring.Component):
             "result": In(stream.Signature(ports.result(design))),
             "taxel_forces": In(1),  # setting: frames have the forces at the taxels
             "o": Out(stream.Signature(RESULT_BEAT)),  # combinational from ``result``
-            "saturated": Out(1),  # pulse: the result that ends reports it, or its frame was
+            "saturated": Out(1),  # pulse: a result that has ended reports it, or its frame was
             "busy": Out(1),  # a frame is there
         })
 
@@ -69,11 +68,13 @@ class Framer(wiring.Component):
         facts, result, o = fifo.o.p, self.result, self.o
         with_forces = Signal(init=1)
         ends = result.valid & result.ready & result.p.last
-        number, _ = wrapping_counter(m, result.valid & result.ready, self._words, "number")
-        drop = ~with_forces & during(number, self._forces) if self._forces else Const(0)
+        drop = ~with_forces & self._inside(m, result.valid & result.ready) if self._forces else Const(0)
+        limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
+        saturated = ends & (facts.flags.saturation | limited.any())
         m.d.comb += [
             self.busy.eq(fifo.o.valid),
             o.p.started.eq(facts.started),
+            self.saturated.eq(register(m, saturated, "saturated", control=True)),
         ]
         with m.FSM():
             with m.State("SEQUENCE"):
@@ -91,15 +92,24 @@ class Framer(wiring.Component):
                 with m.If(o.ready):
                     m.next = "WORDS"
             with m.State("WORDS"):
-                limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
                 m.d.comb += [
                     o.valid.eq(result.valid & ~drop),
                     o.p.data.eq(result.p.data),
                     o.p.last.eq(result.p.last),
                     result.ready.eq(o.ready | drop),
                     fifo.o.ready.eq(ends),
-                    self.saturated.eq(ends & (facts.flags.saturation | limited.any())),
                 ]
                 with m.If(ends):
                     m.next = "SEQUENCE"
         return m
+
+    def _inside(self, m: Module, step: Value) -> Value:
+        """Whether the word at ``result`` is one of forces; a register."""
+        first, last = self._forces.start, self._forces.stop - 1
+        number, ends = wrapping_counter(m, step, self._words, "number")
+        inside = Signal(init=first == 0)
+        with m.If(step & (ends if first == 0 else number == first - 1)):
+            m.d.sync += inside.eq(1)
+        with m.If(step & (number == last)):
+            m.d.sync += inside.eq(0)
+        return inside

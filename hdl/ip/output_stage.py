@@ -32,7 +32,7 @@ class OutputStage(wiring.Component):
     1        1        ``CUT`` as a last word with ``user`` high, instead of those from ``i``
     =======  =======  ======================================================================
 
-    ``latency``: one cycle.  A frame has three words or more, so that its time is read before the next one ends.
+    ``latency``: one cycle.  The time is stored from a frame's second word on, before which the one before has ended.
     """
 
     latency = SkidBuffer.latency
@@ -41,7 +41,7 @@ class OutputStage(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(RESULT_BEAT)),
             "o": Out(stream.Signature(OUTPUT_BEAT)),  # registered
-            "restart": In(1),  # the stages before are reset
+            "restart": In(1),  # the stages before are reset, and what they offer is not taken
             "ended": Out(1),  # the last word of a complete frame is taken ...
             "started": Out(BITS),  # ... whose first taxel came at this time
             "busy": Out(1),  # a word waits
@@ -59,7 +59,7 @@ class OutputStage(wiring.Component):
             skid.i.p.data.eq(self.i.p.data | abort.replicate(BITS)),
             skid.i.p.user.eq(abort),
             skid.i.p.last.eq(abort | self.i.p.last),
-            self.i.ready.eq(skid.i.ready & ~abort & ~self.restart),
+            self.i.ready.eq(skid.i.ready & ~abort),
             self.ended.eq(self.o.valid & self.o.ready & self.o.p.last & ~self.o.p.user),
             self.started.eq(started),
             self.busy.eq(self.o.valid),
@@ -67,6 +67,6 @@ class OutputStage(wiring.Component):
         m.d.sync += abort.eq(Mux(abort, ~skid.i.ready, self.restart & opened))
         with m.If(skid.i.valid & skid.i.ready):
             m.d.sync += opened.eq(~skid.i.p.last)
-            with m.If(skid.i.p.last & ~abort):
-                m.d.sync += started.eq(self.i.p.started)
+        with m.If(opened & skid.i.ready):
+            m.d.sync += started.eq(self.i.p.started)
         return m

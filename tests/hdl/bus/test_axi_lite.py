@@ -26,14 +26,14 @@ class Memory(wiring.Component):
         m.submodules.axi_lite = axi_lite = AxiLite(5)
         connect(m, flipped(self.bus), axi_lite.bus)
         port, words = axi_lite.port, Array(Signal(32, name=f"word_{n}") for n in range(WORDS))
-        number = port.address[2:]
+        read, written = port.read_address[2:], port.write_address[2:]
         with m.If(port.write):
             for byte in range(4):
                 with m.If(port.strobe[byte]):
-                    m.d.sync += words[number].word_select(byte, 8).eq(port.data.word_select(byte, 8))
+                    m.d.sync += words[written].word_select(byte, 8).eq(port.data.word_select(byte, 8))
         for made, results in (
-            (port.write, [(port.write_error, number == WORDS - 1)]),
-            (port.read, [(port.read_error, number == WORDS - 1), (port.answer, words[number])]),
+            (port.write, [(port.write_error, written == WORDS - 1)]),
+            (port.read, [(port.read_error, read == WORDS - 1), (port.answer, words[read])]),
         ):
             now = delayed(m, made, ANSWER - 1, control=True)
             for result, value in results:

@@ -188,6 +188,13 @@ def test_cycles_are_the_promised_ones(size, repairs):
     assert np.diff(first[-4:]).max() <= unit.interval(len(terms), repairs)
 
 
+def test_a_contact_at_the_last_taxel_alone_is_one():
+    """The smallest array leaves the least time between its last code and the first one that leaves."""
+    session = transparent(make(2, 2), contact=100)
+    session.frames(Frame([1, 2, 3, 100]), Frame([1, 2, 3, 99]))
+    assert session.play().codes == [[1, 2, 3, 100], [0, 0, 0, 0]]
+
+
 def test_a_frame_that_goes_on_or_ends_early_leaves_no_trace():
     frames = numbered(6)
     short, long_one = Frame(frames[1].words[:5], 1), Frame(frames[2].words * 3, 2)
