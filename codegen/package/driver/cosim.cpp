@@ -131,7 +131,7 @@ int main()
     words = 0;
     for (const auto &recorded : NAME_recorded) {
         const std::vector<uint32_t> beats = estimate(recorded.codes);
-        check("frame", tfra_parse_frame(config, beats.data(), beats.size(), 0, &frame));
+        check("frame", tfra_parse_frame(config, beats.data(), beats.size(), &frame));
         for (size_t word = 0; word < config->words; word++, words++)
             wrong += beats[beats.size() - config->words + word] != uint32_t(recorded.words[word]);
         std::printf("%u: %.6f %.6f %.6f N\n", unsigned(frame.sequence), tfra_resultant(config, &frame, 0),
