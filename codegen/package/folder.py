@@ -1,8 +1,10 @@
 """All files of a package, which drops into the FPGA project of a user; here those for tools, and the README."""
 
 import json
+import tomllib
 from collections.abc import Callable, Mapping
 from importlib.metadata import files as installed
+from importlib.resources import files
 from typing import Any
 
 from tfra.codegen.config.names import check_packaged
@@ -35,6 +37,7 @@ _FILES = (
     (LOADED, "coefficients, loaded after every reset"),
     ("{name}.toml", "the configuration that all of this is made from; trained weights are a file of their own"),
     ("LICENSE", "of all of this"),
+    ("errata.md", "what is wrong in this core, and was in earlier ones; CHANGELOG.md has all changes"),
     ("{name}.core", "FuseSoC: targets sim, sim_axi, lint and synth"),
     ("testbench/{name}_axi_tb.v", "checks {name}_axi in any simulator: every word; its head has a command"),
     ("testbench/{name}_tb.v", "checks every result word of the core alone"),
@@ -57,11 +60,23 @@ _FILES = (
 )
 
 
+_ERRATUM = "- **{title}.** Affected: {affected}. How to tell: {tell} Remedy: {remedy}"
+
+
 def origin(contents: Contents) -> dict[str, str]:
-    """The design's configuration, and the generator's licence, which is that of what it copies into a package."""
+    """The design's configuration, and the generator's changes and licence, which is that of what it copies."""
     config = config_text(contents.design, None, "Every key of the core.", f"{contents.name}.weights.npz")
     (licence,) = (file.read_text() for file in installed("tfra") or () if file.name == "LICENSE")
-    return {f"{contents.name}.toml": config, "LICENSE": licence}
+    changes = files("tfra.codegen.package").joinpath("CHANGELOG.md").read_text("utf-8")
+    return {f"{contents.name}.toml": config, "LICENSE": licence, "CHANGELOG.md": changes}
+
+
+def errata(contents: Contents) -> dict[str, str]:
+    """Known errata, and those of earlier cores, which are all in ``errata.toml``."""
+    listed = tomllib.loads(files("tfra.codegen.package").joinpath("errata.toml").read_text("utf-8"))
+    shown = {kind: "\n".join(_ERRATUM.format(**erratum) for erratum in found) for kind, found in listed.items()}
+    shown["known"] = shown["known"] or "None is known."
+    return {"errata.md": contents.fill("errata.md", hash=contents.facts["configuration_sha256"], **shown)}
 
 
 def constraints(contents: Contents) -> dict[str, str]:
@@ -162,6 +177,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {f"testbench/{contents.wrapper}_tb.v": axi_testbench(contents.design)},
     lambda contents: {"core.schema.json": schema()},
     origin,
+    errata,
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
     lambda contents: contents.cells,

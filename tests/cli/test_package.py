@@ -57,7 +57,8 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
     for name in core - {"tfra-manifest.json"}:
         assert (folder / "core" / name).read_bytes() == (folder / "package" / name).read_bytes(), name
     assert package - core == {
-        *("LICENSE", "README.md", "datasheet.html", "skin.toml", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
+        *("LICENSE", "CHANGELOG.md", "errata.md"),
+        *("README.md", "datasheet.html", "skin.toml", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
         *("skin_axi.v", "testbench/skin_axi_tb.v", "core.schema.json", "vivado/package_ip.tcl", "vivado/skin_axi.xdc"),
         "driver/tfra_constants.h",
         *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", "skin_recorded.h", *C_FILES)),
@@ -68,6 +69,9 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
     }
     hashes = [sidecar(load(file).design)["configuration_sha256"] for file in (folder / "package").glob("*.toml")]
     assert hashes == [json.loads((folder / "package" / "skin.json").read_text())["configuration_sha256"]]
+    errata = (folder / "package" / "errata.md").read_text()
+    assert "## In this core\n\nNone is known.\n" in errata
+    assert errata.count("- **") == 4
     assert "Apache License" in (folder / "package" / "LICENSE").read_text()
     lines = (folder / "package" / "README.md").read_text().splitlines()
     listed = {line.split("`")[1] for line in lines if line.startswith("| `")}
