@@ -1,7 +1,6 @@
 """The package in the projects of others: Tcl with stand-ins for the tools' commands, LiteX, FuseSoC."""
 
 import re
-import runpy
 import shutil
 import subprocess
 import sys
@@ -16,8 +15,6 @@ from tests.marks import long
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.folder import constraints, fusesoc, litex, vivado
 from tfra.codegen.sidecar.build import sidecar
-from tfra.codegen.verilog.emit import run_yosys, to_verilog
-from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog
 from tfra.sim.tools import choose, environment
 
 CONTENTS = Contents(PARALLEL, sidecar(PARALLEL) | {"images": []}, {}, PART)
@@ -106,35 +103,6 @@ def test_memory_files_go_with_the_modules(tmp_path: Path) -> None:
     found = calls(package / "vivado" / "package_ip.tcl")
     added = {Path(words[-1]).name for words in found if words[0] == "add_files"}
     assert {file.name for file in package.glob("*.hex")} <= added
-
-
-@pytest.mark.long
-def test_a_litex_system_with_the_core_is_elaborated(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from litex.build.generic_platform import GenericPlatform, Pins
-    from litex.soc.integration.soc import SoCRegion
-    from litex.soc.integration.soc_core import SoCMini
-    from migen import ClockDomain
-
-    monkeypatch.chdir(tmp_path)
-    places = {"clk": 1, "rst": 1, "taxel": 16}
-    platform = GenericPlatform("none", [(name, 0, Pins(" ".join("X" * bits))) for name, bits in places.items()])
-    soc = SoCMini(platform, clk_freq=int(50e6))
-    soc.clock_domains.cd_sys = ClockDomain()
-    soc.comb += [soc.cd_sys.clk.eq(platform.request("clk")), soc.cd_sys.rst.eq(platform.request("rst"))]
-    soc.submodules.lanes = core = runpy.run_path(str(folder / "litex" / "lanes.py"))["Tfra"](platform)
-    soc.bus.add_slave("lanes", core.bus, SoCRegion(origin=0x9000_0000, size=256, cached=False))
-    soc.comb += [core.sink.data.eq(platform.request("taxel")), core.sink.valid.eq(1), core.source.ready.eq(1)]
-    soc.finalize()
-    verilog = str(platform.get_verilog(soc, name="system"))
-    for pin in ports_of(PARALLEL):
-        assert f".{pin.name}" in verilog, pin.name
-    texts = {"system.v": verilog, "lanes_axi.v": wrapper_verilog(PARALLEL), "lanes.v": to_verilog(PARALLEL)}
-    for name, text in texts.items():
-        (tmp_path / name).write_text(text)
-    read = "read_verilog lanes.v lanes_axi.v system.v"
-    run_yosys(f"{read}; hierarchy -check -top system; proc; check -assert", tmp_path)
 
 
 @pytest.fixture(scope="module", params=["serial", *long("parallel", "ecp5", "ice40", "files")])
