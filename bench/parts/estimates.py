@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from bench.publish import ROOT
+from tfra.codegen.config.read import load
 from tfra.families import Family, Target, find
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
@@ -57,6 +58,18 @@ def _design(name: str, rows: int, columns: int, **others: Any) -> Design:
     return TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name=name, **others)
 
 
+def preset(name: str) -> Design:
+    """A preset in `examples/`, as it is packaged."""
+    return load(ROOT / "examples" / f"{name}.toml").design
+
+
+def drawn(seed: int) -> Design:
+    """A parallel core whose size is a matter of chance, for the cells of an ECP5."""
+    rng = np.random.default_rng(seed)
+    rows, columns, lanes, bits, steps = (int(n) for n in rng.integers((3, 3, 1, 8, 10), (13, 13, 5, 17, 201)))
+    return parallel(rows, columns, 4 * lanes, adc=Adc(bits), search=Search(steps), target="ecp5")
+
+
 GRIDS = {
     "parallel": Grid(
         find("ecp5-85"),
@@ -67,8 +80,12 @@ GRIDS = {
             parallel(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
             parallel(4, 6, 8, search=Search(100, 3.0)),
             parallel(5, 5, 12),
+            preset("balanced"),
         ),
-        (parallel(6, 4, 24, search=Search(30)), parallel(7, 9, 32), parallel(10, 10, 16)),
+        (
+            *(parallel(6, 4, 24, search=Search(30)), parallel(7, 9, 32), parallel(10, 10, 16)),
+            *(preset("fast"), drawn(1), drawn(2)),
+        ),
         ("LUT", "FF"),
         packed=False,
     ),

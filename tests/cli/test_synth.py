@@ -189,7 +189,7 @@ def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert first.startswith(f"ecp5-85-6 at {CLOCK:g} MHz: ")
     assert comments[0].startswith("# estimated: ")
     assert " of 83,640 LUT (2" in comments[0]
-    fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.5 % (LUT), 5.1 % (FF)"
+    fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.6 % (LUT), 4.7 % (FF)"
     assert comments[1] == f"# a LUT is a LUT4 of ECP5; {fitted}"
     assert comments[2] == "# not chosen:"
     assert [line.split(": ")[:2] for line in comments[3:]] == [
