@@ -15,6 +15,7 @@ from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.wrapper import ports_of
+from tfra.families import FAMILIES
 from tfra.hdl.bus.axi_lite import AxiLite
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
 from tfra.hdl.ip.wrapper import interval, latencies
@@ -78,6 +79,17 @@ def _example(design: Design) -> Table:
     return Table("Example", ("beat", "word", "as it is sent", "number", "value"), rows, (1,))
 
 
+def _counted(contents: Contents) -> str:
+    """How portable Verilog is counted by the tools of families that the estimates are not for."""
+    if contents.design.target in FAMILIES:
+        return ""
+    families = (family for family in FAMILIES.values() if not family.place_and_route)
+    commands = {family.title: family.synthesis.format(top=contents.wrapper) for family in families}
+    read = f"read_verilog {' '.join(contents.rtl)}"
+    lines = "\n".join(f'yosys -p "{read}; {command}; stat"  # {title}' for title, command in commands.items())
+    return f"<p>Core and wrapper on other families, as yosys counts them:</p>\n<pre>{escape(lines)}</pre>"
+
+
 def _cycles(contents: Contents) -> Table:
     """Latency and interval, in cycles and µs at the part's clock."""
     core, part = contents.core, contents.part
@@ -129,6 +141,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "example": _example(contents.design),
         "cycles": _cycles(contents),
         "resources": Table("Resources", ("", "core", contents.part.target.name, ""), resources),
+        "counted": _counted(contents),
         "registers": register_table(contents.registers),
         "errors": accuracies,
         **_numbers(contents),

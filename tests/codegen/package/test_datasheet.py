@@ -2,6 +2,7 @@
 
 import re
 import zlib
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from tfra.codegen.package.datasheet import CONTACTS, SEED, accuracy, datasheet
 from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import core_ports, sidecar
 from tfra.codegen.verilog import testbench
-from tfra.codegen.verilog.wrapper import ports_of
+from tfra.codegen.verilog.emit import run_yosys, to_verilog
+from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.wrapper import latencies
 from tfra.model.cover.scenes import contact_codes, known_contacts
@@ -74,6 +76,22 @@ def test_the_example_is_the_first_frame_of_the_testbench(sheet: tuple[Design, st
     assert shown["resultant"] == pytest.approx(result.resultant[0].tolist(), rel=1e-5)
     assert shown["mu"] + shown["phi"] == pytest.approx([result.mu[0], result.phi_deg[0]], rel=1e-5)
     assert {row[1] for row in rows} == {field.name for field in design.layout}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("cell", ["MULT18X18", "DSP48E1"])
+def test_other_families_count_the_verilog(tmp_path: Path, cell: str) -> None:
+    """By the commands on the page; a core of a family's cells has none."""
+    contents = Contents(PARALLEL, sidecar(PARALLEL) | {"images": []}, {}, PART)
+    lines = re.findall(r'^(?:<pre>)?yosys -p "(.*)"', unescape(datasheet(contents)["datasheet.html"]), re.M)
+    (tmp_path / "lanes.v").write_text(to_verilog(PARALLEL))
+    (tmp_path / "lanes_axi.v").write_text(wrapper_verilog(PARALLEL))
+    (line,) = (line for line in lines if ("gowin" in line) == (cell == "MULT18X18"))
+    run_yosys(line.replace("; stat", "; tee -o stat.txt stat"), tmp_path)
+    counted = re.findall(rf"(\d+) .*{cell}$", (tmp_path / "stat.txt").read_text(), re.M)
+    assert int(counted[-1]) >= PARALLEL.architecture.mac_lanes
+    cells = replace(contents, design=replace(PARALLEL, target="ecp5"))
+    assert "synth_gowin" not in datasheet(cells)["datasheet.html"]
 
 
 def test_every_status_bit_register_and_port_is_there(sheet: tuple[Design, str]) -> None:
