@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Mapping
 from importlib.resources import files
+from textwrap import wrap
 from typing import Any
 
 from tfra.codegen.registers.source import parameters, registers_of
@@ -52,7 +53,7 @@ _FIELDS = (
     *("resultant", "uncertainty", "forces", "status"),
 )
 """In the order of ``tfra_config_t``."""
-_WORDS_A_LINE = 8
+_WIDTH = 100
 _RECORDED = 4
 _SEED = 3
 """Simulated contacts in ``NAME_recorded.h``, and their seed."""
@@ -146,10 +147,8 @@ def _config(design: Design, config: str) -> str:
 
 def _coefficients(name: str, words: Ints) -> str:
     """``NAME_coefficients.h``: the words that ``tfra_load`` takes, in order."""
-    numbers = [str(int(word)) for word in words]
-    rows = [numbers[first : first + _WORDS_A_LINE] for first in range(0, len(numbers), _WORDS_A_LINE)]
-    lines = [f"static const int32_t {name}_coefficients[{len(numbers)}] = {{"]
-    lines += [*(f"    {', '.join(row)}," for row in rows), "};"]
+    numbers = wrap(", ".join(map(str, words.tolist())), _WIDTH)
+    lines = [f"static const int32_t {name}_coefficients[{words.size}] = {{", *numbers, "};"]
     return _header(f"{name}_coefficients", "What the core is loaded with.", ["#include <stdint.h>", "", *lines])
 
 

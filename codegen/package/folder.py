@@ -1,7 +1,6 @@
 """All files of a package, which drops into the FPGA project of a user; here those for tools, and the README."""
 
 import json
-import tomllib
 from collections.abc import Callable, Mapping
 from importlib.metadata import files as installed
 from importlib.resources import files
@@ -60,23 +59,13 @@ _FILES = (
 )
 
 
-_ERRATUM = "- **{title}.** Affected: {affected}. How to tell: {tell} Remedy: {remedy}"
-
-
 def origin(contents: Contents) -> dict[str, str]:
-    """The design's configuration, and the generator's changes and licence, which is that of what it copies."""
+    """The design's configuration; the generator's errata, changes, and licence, which is that of what it copies."""
     config = config_text(contents.design, None, "Every key of the core.", f"{contents.name}.weights.npz")
     (licence,) = (file.read_text() for file in installed("tfra") or () if file.name == "LICENSE")
     changes = files("tfra.codegen.package").joinpath("CHANGELOG.md").read_text("utf-8")
-    return {f"{contents.name}.toml": config, "LICENSE": licence, "CHANGELOG.md": changes}
-
-
-def errata(contents: Contents) -> dict[str, str]:
-    """Known errata, and those of earlier cores, which are all in ``errata.toml``."""
-    listed = tomllib.loads(files("tfra.codegen.package").joinpath("errata.toml").read_text("utf-8"))
-    shown = {kind: "\n".join(_ERRATUM.format(**erratum) for erratum in found) for kind, found in listed.items()}
-    shown["known"] = shown["known"] or "None is known."
-    return {"errata.md": contents.fill("errata.md", hash=contents.facts["configuration_sha256"], **shown)}
+    errata = contents.fill("errata.md", hash=contents.facts["configuration_sha256"])
+    return {f"{contents.name}.toml": config, "LICENSE": licence, "CHANGELOG.md": changes, "errata.md": errata}
 
 
 def constraints(contents: Contents) -> dict[str, str]:
@@ -177,7 +166,6 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {f"testbench/{contents.wrapper}_tb.v": axi_testbench(contents.design)},
     lambda contents: {"core.schema.json": schema()},
     origin,
-    errata,
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
     lambda contents: contents.cells,

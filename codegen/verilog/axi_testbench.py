@@ -42,15 +42,13 @@ def axi_testbench(design: Design) -> str:
         "name": design.name,
         "frames": len(codes),
         "dropped": len(wrong),
-        "reported": _hex(sum(errors[name] for name in reported)),
-        "crc": _hex(zlib.crc32(loaded)),
+        "reported": f"32'h{sum(errors[name] for name in reported):08x}",
+        "crc": f"32'h{zlib.crc32(loaded):08x}",
         "words": output.size,
         "frame": HEADER_WORDS + design.frame_words,
-        "data_top": bits - 1,
-        "beat_top": bits + NUMBER,
+        "bits": bits,
         "address_top": registers.address_bits - 1,
         "last_beat": sum(map(len, sent)) - 1,
-        "last_word": output.size - 1,
         "patience": 20 * interval(core) + 1000,
         "store_sent": store("sent", "beats", bits + NUMBER + 1),
         "store_result": store("result", "expected", BITS),
@@ -88,11 +86,7 @@ def _registers(registers: RegisterMap) -> dict[str, object]:
     values: dict[str, object] = {}
     for register in registers.registers:
         values[register.name] = f"{registers.address_bits}'h{register.address:02x}"
-        values |= {f"{register.name}_{field.name}": _hex(field.mask) for field in register.fields}
+        values |= {f"{register.name}_{field.name}": f"32'h{field.mask:08x}" for field in register.fields}
         if all(field.kind is Kind.CONSTANT for field in register.fields):
-            checks.append(f"    check({values[register.name]}, {_hex(register.reset)});  // {register.name}")
+            checks.append(f"    check({values[register.name]}, 32'h{register.reset:08x});  // {register.name}")
     return values | {"constants": "\n".join(checks)}
-
-
-def _hex(word: int) -> str:
-    return f"{BITS}'h{word:08x}"
