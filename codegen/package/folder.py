@@ -46,7 +46,7 @@ _FILES = (
     ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
     ("registers/tfra.h", "registers for C"),
     ("registers/tfra.html", "registers, one by one"),
-    ("{name}_async.v", "optional: {name}_axi with a clock of their own for its streams; its head has the constraints"),
+    ("{name}_async.v", "optional: {name}_axi, its streams with a clock of their own; its head has the constraints"),
     ("{name}_axi.vhd", "component of {name}_axi and constants of the design, for VHDL"),
     ("{name}_axi.xml", "IP-XACT of {name}_axi: buses, registers, ports, files"),
     ("constraints/{name}.sdc", "the clock, for tools that read SDC"),
