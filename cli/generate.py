@@ -19,7 +19,7 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them.
 
     Prints the condition number of the sensor, and how often the core is expected to agree with double precision; with
-    --package, a warning if the core, without its buses, fits no part of its family.
+    --package, a warning if core and wrapper fit no part of its family.
     """
     from tfra.codegen.config.names import check_packaged
     from tfra.codegen.config.read import load

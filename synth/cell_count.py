@@ -11,6 +11,7 @@ from amaranth import Shape
 from amaranth.hdl import Fragment, Instance, MemoryInstance
 
 from tfra.codegen.verilog.emit import Top
+from tfra.codegen.verilog.wrapper import wrapper
 from tfra.families.hierarchy import block_of
 from tfra.model.fixed.design import Design
 from tfra.synth.operators import OperatorCount
@@ -48,9 +49,17 @@ class CellCount:
         return self
 
 
-def cell_counts(design: Design) -> dict[str, CellCount]:
-    """Counts by block of ``hdl/parallel/tfra/core.py``; ``"top"`` is everything outside of blocks."""
-    return count(Fragment.get(Top(design), None))
+def cell_counts(design: Design, *, package: bool = False) -> dict[str, CellCount]:
+    """Counts by block of ``hdl/parallel/tfra/core.py``; ``"top"`` is everything outside of blocks.
+
+    With ``package``, also of the ``"wrapper"`` around the core.
+    """
+    blocks = count(Fragment.get(Top(design), None))
+    if package:
+        blocks["wrapper"] = CellCount()
+        for part in count(Fragment.get(wrapper(design), None)).values():
+            blocks["wrapper"] += part
+    return blocks
 
 
 def count(top: Fragment) -> dict[str, CellCount]:

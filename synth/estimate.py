@@ -172,11 +172,15 @@ class Estimate:
         return {name: round(sum(row[name] for row in rows)) for name in rows[0]}
 
 
-def estimate(design: Design, family: Family) -> Estimate:
-    """Resources of ``design`` on ``family``; elaborates the core, which takes half a second."""
-    kind, blocks, counted = design.architecture.kind, {}, cell_counts(design)
+def estimate(design: Design, family: Family, *, package: bool = False) -> Estimate:
+    """Resources of ``design`` on ``family``, with ``package`` behind its buses.
+
+    Elaborates the core, which takes half a second.
+    """
+    kind, blocks, counted = design.architecture.kind, {}, cell_counts(design, package=package)
     for name, counts in counted.items():
-        priced = price(features(counts, family, kind), prices(kind))
+        like = "parallel" if name == "wrapper" else kind  # the wrapper is no program
+        priced = price(features(counts, family, like), prices(like))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     lanes = counted.get("matvec", CellCount())
     return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
@@ -210,12 +214,12 @@ def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") 
 
 
 def part_of(design: Design) -> Part:
-    """The part that a package describes its core for, the smallest of its family that it fits, and estimated resources.
+    """The smallest part of its family that a package fits, core and wrapper, and what these take of it, estimated.
 
-    ``DEFAULT``'s for designs of no family; always of the slowest grade; a core that fits none gets the largest.
+    ``DEFAULT``'s for designs of no family; always of the slowest grade; a package that fits none gets the largest.
     """
     family, kind = FAMILIES.get(design.target, DEFAULT), design.architecture.kind
-    total = estimate(design, family).total
+    total = estimate(design, family, package=True).total
     slowest = list({target.part: target for target in reversed(targets_of(family))}.values())[::-1]
     target = next((one for one in slowest if not misfits(total, one, kind)), slowest[-1])
     resources = {name: (total[name], have) for name, have in target.available.items()}

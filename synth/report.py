@@ -38,7 +38,7 @@ def report(
     *,
     package: bool,
 ) -> dict[str, Any]:
-    """All results, ready for JSON; complete when all ``seeds`` have been routed.  Estimates are those of the core.
+    """All results, ready for JSON; complete when all ``seeds`` have been routed.
 
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """

@@ -82,7 +82,7 @@ class Run:
 
     def _implement(self, fresh: Path) -> None:
         """Run the tools in the directory ``fresh``."""
-        self.estimated = estimate(self.design, self.target.family)
+        self.estimated = estimate(self.design, self.target.family, package=self.package)
         total = self.estimated.total
         if lacks := misfits(total, self.target, self.design.architecture.kind):
             raise ValueError(lacks[0])

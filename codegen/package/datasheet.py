@@ -140,7 +140,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "status_bits": Table("Status", ("bit", "name", "meaning"), status, (0, 1, 2)),
         "example": _example(contents.design),
         "cycles": _cycles(contents),
-        "resources": Table("Resources", ("", "core", contents.part.target.name, ""), resources),
+        "resources": Table("Resources", ("", "core and wrapper", contents.part.target.name, ""), resources),
         "counted": _counted(contents),
         "registers": register_table(contents.registers),
         "errors": accuracies,

@@ -26,9 +26,10 @@ SMALL = TfraDesign(
         (replace(SMALL, architecture=SERIAL, target="portable"), "ecp5-25-6"),
     ],
 )
-def test_the_smallest_part_that_it_fits(design: Design, name: str) -> None:
+def test_the_smallest_part_that_a_package_fits(design: Design, name: str) -> None:
     part, target = part_of(design), TARGETS[name]
     assert part.target == target
-    total = estimate(design, target.family).total
+    total = estimate(design, target.family, package=True).total
+    assert all(total[name] >= count for name, count in estimate(design, target.family).total.items())
     assert part.resources == {resource: (total[resource], have) for resource, have in target.available.items()}
     assert target.family.title in part.basis
