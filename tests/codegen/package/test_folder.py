@@ -1,4 +1,4 @@
-"""The package in the projects of others: Tcl with stand-ins for the tools' commands, LiteX, FuseSoC."""
+"""The package in the projects of others: Tcl with stand-ins for the tools' commands, FuseSoC, IP-XACT."""
 
 import re
 import shutil
@@ -6,6 +6,8 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import pytest
 
@@ -14,6 +16,7 @@ from tests.codegen.test_generate import change_word
 from tests.marks import long
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.folder import constraints, fusesoc, litex, vivado
+from tfra.codegen.registers.source import parameters
 from tfra.codegen.sidecar.build import sidecar
 from tfra.sim.tools import choose, environment
 
@@ -176,3 +179,77 @@ def test_synthesis_is_set_up(package: tuple[str, Path], tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
     assert any(f"{name}.v" in file.read_text(errors="replace") for file in tmp_path.rglob("*.*") if file.is_file())
     assert sorted(folder.rglob("*")) == before
+
+SPACE = "http://www.accellera.org/XMLSchema/IPXACT/1685-2014"
+NAMES = {"": SPACE}
+PARTS = ("vendor", "library", "name", "version", "busInterfaces", "memoryMaps", "model", "fileSets", "description")
+"""Of a component, in the order of IEEE 1685-2014; parameters are the last one."""
+
+
+@pytest.fixture(scope="module")
+def component(package: tuple[str, Path]) -> Element:
+    """The package in IP-XACT."""
+    name, folder = package
+    return ElementTree.parse(folder / f"{name}_axi.xml").getroot()
+
+
+def texts(root: Element, path: str) -> list[str]:
+    return [element.text or "" for element in root.iterfind(path, NAMES)]
+
+
+def values(root: Element) -> dict[str, str]:
+    """Its parameters."""
+    names, found = (texts(root, f"parameters/parameter/{key}") for key in ("name", "value"))
+    return dict(zip(names, found, strict=True))
+
+
+def test_the_parts_of_a_component_are_in_the_order_of_the_standard(component: Element) -> None:
+    assert [child.tag for child in component] == [f"{{{SPACE}}}{name}" for name in (*PARTS, "parameters")]
+    designs = (design for design, _ in DESIGNS.values())
+    (design,) = (one for one in designs if texts(component, "name") == [f"{one.name}_axi"])
+    assert values(component) == {name: str(value) for name, value in parameters(design).items()}
+
+
+def ports(root: Element) -> dict[str, tuple[str, int]]:
+    """Direction and highest bit of every port."""
+    found = root.iterfind("model/ports/port", NAMES)
+    keys = ("name", "wire/direction", ".//left")
+    rows = [[port.findtext(key, "0", NAMES) for key in keys] for port in found]
+    return {name: (way, int(left)) for name, way, left in rows}
+
+
+def test_ports_are_those_of_the_verilog(component: Element, package: tuple[str, Path]) -> None:
+    name, folder = package
+    verilog = (folder / f"{name}_axi.v").read_text()
+    (module,) = re.findall(rf"^module {name}_axi\(.*?^endmodule", verilog, re.M | re.S)
+    expected = re.findall(r"^  (in|out)put (?:\[(\d+):0\] )?(\w+);", module, re.M)
+    assert ports(component) == {name: (way, int(left or 0)) for way, left, name in expected}
+    assert texts(component, "model//moduleName") == [f"{name}_axi"]
+
+
+def test_every_port_is_in_one_bus(component: Element) -> None:
+    assert sorted(texts(component, "busInterfaces//physicalPort/name")) == sorted(ports(component))
+    buses = {bus.findtext("name", "", NAMES): bus for bus in component.iterfind("busInterfaces/busInterface", NAMES)}
+    kinds = {name: kind.attrib["name"] for name, bus in buses.items() for kind in bus.iterfind("busType", NAMES)}
+    signals = {"aclk": "clock", "aresetn": "reset", "irq": "interrupt"}
+    assert kinds == {"s_axi": "aximm", "s_axis": "axis", "m_axis": "axis", **signals}
+    assert {name for name, bus in buses.items() if bus.find("master", NAMES) is not None} == {"m_axis", "irq"}
+    for name in buses.keys() - signals:
+        logical = texts(buses[name], ".//logicalPort/name")
+        assert texts(buses[name], ".//physicalPort/name") == [f"{name}_{pin.lower()}" for pin in logical]
+    assert values(buses["aclk"]) == {"ASSOCIATED_BUSIF": "s_axi:s_axis:m_axis", "ASSOCIATED_RESET": "aresetn"}
+    assert values(buses["aresetn"]) == {"POLARITY": "ACTIVE_LOW"}
+    assert values(buses["irq"]) == {"SENSITIVITY": "LEVEL_HIGH"}
+    for name in ("s_axis", "m_axis"):
+        sizes = [int(values(buses[name])[key]) for key in ("TDATA_NUM_BYTES", "TUSER_WIDTH")]
+        assert [8 * sizes[0] - 1, sizes[1] - 1] == [ports(component)[f"{name}_{pin}"][1] for pin in ("tdata", "tuser")]
+
+
+def test_files_and_registers_are_there(component: Element, package: tuple[str, Path]) -> None:
+    (name, folder), root = package, component
+    files = texts(root, "fileSets/fileSet/file/name")
+    assert {f"{name}.v", f"{name}_axi.v"} | {file.name for file in folder.glob("*.hex")} <= set(files)
+    assert all((folder / file).is_file() for file in files)
+    assert set(texts(root, ".//fileSetRef/localName")) <= set(texts(root, "fileSets/fileSet/name"))
+    (reference,) = (element.attrib["memoryMapRef"] for element in root.iterfind(".//memoryMapRef", NAMES))
+    assert [reference] == texts(root, "memoryMaps/memoryMap/name")
