@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,7 @@ from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.design import Design
 from tfra.sim.tools import choose, environment
 
-RUN, CHECK_SEQUENCE = 1 << 0, 1 << 6
-FORCES = 1 << 3
+RUN, FORCES, CHECK_SEQUENCE, CUT_THROUGH = 1 << 0, 1 << 3, 1 << 6, 1 << 9
 """Bits of CONTROL."""
 
 SATURATION, SEQUENCE_GAP, OUT_OF_RANGE = 1 << 2, 1 << 5, 1 << 8
@@ -136,7 +136,14 @@ def verilog(design: Design) -> dict[str, str]:
 
 
 def run(
-    design: Design, frames: Traffic, simulator: str, texts: dict[str, str], seed: int = 0, pauses: bool = True
+    design: Design,
+    frames: Traffic,
+    simulator: str,
+    texts: dict[str, str],
+    seed: int = 0,
+    *,
+    pauses: bool = True,
+    cut_through: bool = False,
 ) -> dict[str, Any]:
     """Simulate; the frames that came back, and the registers.  Raises ``RuntimeError`` for a simulation that fails."""
     built = microarchitecture(design)
@@ -145,7 +152,7 @@ def run(
         "frames": frames.sent,
         "expected": len(frames.answers),
         "coefficients": [] if loaded is None else loaded.tolist(),
-        "control": RUN | FORCES | CHECK_SEQUENCE,
+        "control": RUN | FORCES | CHECK_SEQUENCE | CUT_THROUGH * cut_through,
         "silence": 20_000 + 20 * built.frame_latency,
         "pauses": pauses,
         "seed": seed,
@@ -179,17 +186,18 @@ def differences(frames: Traffic, outcome: dict[str, Any]) -> list[str]:
 
 
 def measure(design: Design, counts: dict[str, int], seed: int) -> list[dict[str, Any]]:
-    """One record for each simulator."""
+    """One record for each simulator, in both modes."""
     texts, records = verilog(design), []
-    for simulator, count in counts.items():
+    for (simulator, count), cut_through in product(counts.items(), (False, True)):
         frames, start = traffic(design, count, seed), time.perf_counter()
-        found = differences(frames, run(design, frames, simulator, texts, seed))
+        found = differences(frames, run(design, frames, simulator, texts, seed, cut_through=cut_through))
         records.append(
             {
                 "array": f"{design.sensor.rows}×{design.sensor.columns}",
                 "core": core(design) + (", loaded" if microarchitecture(design).loaded is not None else ""),
                 "taxels_per_beat": design.bus.taxels_per_beat,
                 "simulator": simulator,
+                "cut_through": cut_through,
                 "frames": count,
                 "malformed": frames.counters["FRAMES_DROPPED"],
                 "words": sum(len(answer) for answer in frames.answers),
@@ -202,20 +210,22 @@ def measure(design: Design, counts: dict[str, int], seed: int) -> list[dict[str,
 
 
 def table(records: list[dict[str, Any]]) -> str:
-    """Markdown: a row for each design, whose simulators stand side by side."""
+    """Markdown: a row for each design and mode, whose simulators stand side by side."""
     lines = [
-        "| array | core | taxels a beat | frames in icarus / verilator | malformed | words compared | differences |",
-        "|---|---|---:|---:|---:|---:|---:|",
+        "| array | core | taxels a beat | mode | frames in icarus / verilator | malformed | words | differences |",
+        "|---|---|---:|---|---:|---:|---:|---:|",
     ]
-    designs: dict[tuple[str, str, int], list[dict[str, Any]]] = {}
+    designs: dict[tuple[str, str, int, bool], list[dict[str, Any]]] = {}
     for record in records:
-        designs.setdefault((record["array"], record["core"], record["taxels_per_beat"]), []).append(record)
-    for (array, core_name, taxels), runs in designs.items():
+        key = record["array"], record["core"], record["taxels_per_beat"], record["cut_through"]
+        designs.setdefault(key, []).append(record)
+    for (array, core_name, taxels, cut_through), runs in designs.items():
+        mode = "cut-through" if cut_through else "store and forward"
         frames = " / ".join(f"{run['frames']:,}" for run in runs)
         malformed = sum(run["malformed"] for run in runs)
         words = sum(run["words"] for run in runs)
         found = sum(len(run["differences"]) for run in runs)
-        lines.append(f"| {array} | {core_name} | {taxels} | {frames} | {malformed:,} | {words:,} | {found} |")
+        lines.append(f"| {array} | {core_name} | {taxels} | {mode} | {frames} | {malformed:,} | {words:,} | {found} |")
     return "\n".join(lines)
 
 

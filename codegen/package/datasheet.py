@@ -18,7 +18,7 @@ from tfra.codegen.verilog.wrapper import ports_of
 from tfra.families import FAMILIES
 from tfra.hdl.bus.axi_lite import AxiLite
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
-from tfra.hdl.ip.wrapper import interval, latencies
+from tfra.hdl.ip.wrapper import cut_through, interval, latencies
 from tfra.hdl.uart.bridge import WORD_BYTES
 from tfra.model.cover.scenes import contact_codes, known_contacts
 from tfra.model.fixed.design import Design
@@ -94,11 +94,14 @@ def _cycles(contents: Contents) -> Table:
     """Latency and interval, in cycles and µs at the part's clock."""
     core, part = contents.core, contents.part
     first, last, most_first, most_last = latencies(core)
+    cut_first, cut_last = cut_through(core)
     numbers = {
         "from s_axis_tlast to the first result word on m_axis, which is its beat 2": first,
         "from s_axis_tlast to m_axis_tlast": last,
-        "the first of these at most, frames back to back": most_first,
-        "the second of these at most, frames back to back": most_last,
+        "the first of these with CONTROL.cut_through = 1, taxels without a pause": cut_first,
+        "the second of these with CONTROL.cut_through = 1": cut_last,
+        "to the first result word at most, frames back to back": most_first,
+        "to m_axis_tlast at most, frames back to back": most_last,
         "from frame to frame, back to back, on average": interval(core),
         "core alone: from its last taxel to its first result word": core.latency,
         "core alone: from its last taxel to its last result word": core.frame_latency,

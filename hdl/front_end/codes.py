@@ -77,7 +77,9 @@ class Codes(wiring.Component):
             "address": In(counter_shape(taxels - 1)),  # of a code on that page
             "read": In(1),
             "stored": Out(stored_code(bits)),  # the code at ``address``, a cycle after ``read``
+            "spoils": In(1),  # the frame of the taxel whose code is written is dropped
             "reached": Out(2),  # of each page: a code reaches ``contact``
+            "written": Out(counter_shape(taxels - 1)),  # codes of the frame that comes that can be read
             "settles": Out(1),  # the code of a repair is written a cycle later
         })
 
@@ -140,6 +142,7 @@ class Codes(wiring.Component):
         reaches = size >= self.contact
         m.d.comb += [
             self.settles.eq(settles),
+            self.written.eq(index),
             stored.code.eq(register(m, code, "code")),
             stored.small.eq(size < self.dead_band),
         ]
@@ -147,6 +150,6 @@ class Codes(wiring.Component):
         memory.write(is_taxel | is_repair, address, stored)
         for number, reached in enumerate(self.reached):
             with m.If(is_taxel & (page == number)):
-                m.d.sync += reached.eq(reaches | (reached & ~first))
+                m.d.sync += reached.eq((reaches | (reached & ~first)) & ~self.spoils)
             with m.If(is_repair & (self.page == number)):
                 m.d.sync += reached.eq(reaches | reached)

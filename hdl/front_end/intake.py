@@ -12,7 +12,7 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import driver, register, wrapping_counter
 from tfra.model.fixed.front_end import WORD
 
-ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS})
+ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS, "bad": 1})
 """Where a frame comes from: FACTS without the faults of its taxels."""
 
 PART = data.StructLayout({"first": 1, "fresh": 1, "tares": 1, "final": 1})
@@ -53,7 +53,8 @@ class Intake(wiring.Component):
             "taking": Out(1),  # a frame is being taken, not dropped
             "ended": Out(1),  # the frame that was taken ends ...
             "good": Out(1),  # ... and is complete
-            "origin": Out(ORIGIN),  # of the last complete frame, two cycles later
+            "bad": Out(1),  # the frame that is taken turns out to be too long, or too short and of two taxels at least
+            "origin": Out(ORIGIN),  # of the last complete frame, or of a bad one, two cycles later
             "short": Out(1),  # a frame is dropped, a cycle later
             "long": Out(1),
             "late": Out(1),
@@ -109,6 +110,7 @@ class Intake(wiring.Component):
                     self.i.ready.eq(self.drop_late | ~self.stall),
                     self.entered.eq(transfer),
                     self.ended.eq(last),
+                    self.bad.eq(transfer & (final ^ self.i.payload.last)),
                 ]
                 with m.If(transfer & final):
                     m.next = "LONG"
@@ -148,7 +150,9 @@ class Intake(wiring.Component):
             m.d.sync += following.eq(user + 1)
         with m.If(idle):
             m.d.sync += started.eq(self.time)
-        with m.If(register(m, self.good, "good", control=True)):
+        good = register(m, self.good, "good", control=True)
+        m.d.sync += origin.bad.eq(~good)
+        with m.If(good):
             m.d.sync += [
                 origin.sequence.eq(sequence),
                 origin.user.eq(user),

@@ -1,4 +1,4 @@
-"""A frame on its way to the core: its repairs, then its facts, then its codes."""
+"""A frame on its way to the core: its repairs, then its codes."""
 
 from typing import Any
 
@@ -7,7 +7,6 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.front_end.codes import stored_code
-from tfra.hdl.front_end.ports import FACTS
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.lib.streams import SkidBuffer
@@ -17,28 +16,29 @@ from tfra.model.fixed.design import Design
 class OutputReader(wiring.Component):
     """Read the codes of one frame after the other from memory, while a frame is ``waiting``.
 
-    ========  =======================================  ===================================
+    ========  =======================================  ====================================================
     state     what it does                             ends with
-    ========  =======================================  ===================================
-    REPAIR    lets the frame be repaired               ``waiting`` and ``repaired``
-    FACTS     sends the facts                          their transfer
+    ========  =======================================  ====================================================
+    REPAIR    lets the frame be repaired               ``waiting`` and ``repaired``, or ``ahead`` of reading
     READ      reads a code a cycle                     the address of the last code
     SEND      waits for the skid buffer                the transfer of the last code
-    ========  =======================================  ===================================
+    ========  =======================================  ====================================================
+
+    A frame that is cut through is read while it comes, as far as its codes are written.
     """
 
-    latency = 5
+    latency = 4
     """Cycles from the first one in which a frame is ``waiting`` to the transfer of its first code, without repairs."""
 
     def __init__(self, design: Design) -> None:
         taxels, code = design.sensor.taxels, stored_code(design.adc.bits)
         self._taxels = taxels
         super().__init__({
-            "waiting": In(1),  # a complete frame is there, and its codes are written
+            "waiting": In(1),  # a frame is there, whose codes are written before they are read one by one
             "repair": Out(1),  # the frame is being repaired ...
             "repaired": In(1),  # ... until it is
-            "facts": In(stream.Signature(FACTS)),  # of the frame, when valid
-            "o": Out(stream.Signature(FACTS)),  # the facts, taken before the first code
+            "cut": In(1),  # the frame that comes is cut through ...
+            "written": In(counter_shape(taxels - 1)),  # ... and its next code that is not written, or the first one
             "address": Out(counter_shape(taxels - 1)),  # of a code
             "read": Out(1),
             "stored": In(code),  # the code, a cycle after ``read``
@@ -52,6 +52,7 @@ class OutputReader(wiring.Component):
         m.submodules.skid = skid = SkidBuffer(data.StructLayout({"code": self.codes.payload.shape(), "end": 1}))
         advance = skid.i.ready
         reading = Signal()
+        ahead = Signal()
         address, last = wrapping_counter(m, reading & advance, self._taxels, "address")
         fetched = Signal()
         end = Signal()
@@ -67,7 +68,7 @@ class OutputReader(wiring.Component):
         m.d.comb += [
             self.address.eq(address),
             self.read.eq(advance),
-            self.o.payload.eq(self.facts.payload),
+            ahead.eq(self.cut & (address != self.written)),
             skid.i.payload.code.eq(Mux(self.silent | word.small, 0, word.code)),
             self.codes.valid.eq(skid.o.valid),
             self.codes.payload.eq(skid.o.payload.code),
@@ -77,16 +78,12 @@ class OutputReader(wiring.Component):
         with m.FSM():
             with m.State("REPAIR"):
                 m.d.comb += self.repair.eq(self.waiting)
-                with m.If(self.waiting & self.repaired):
-                    m.next = "FACTS"
-            with m.State("FACTS"):
-                m.d.comb += self.o.valid.eq(self.facts.valid)
-                m.d.comb += self.facts.ready.eq(self.o.ready)
-                with m.If(self.o.valid & self.o.ready):
+                m.d.comb += reading.eq(ahead)
+                with m.If((self.waiting & self.repaired) | (ahead & advance)):
                     m.next = "READ"
             with m.State("READ"):
-                m.d.comb += reading.eq(1)
-                with m.If(last & advance):
+                m.d.comb += reading.eq(self.waiting | ahead)
+                with m.If(reading & last & advance):
                     m.next = "SEND"
             with m.State("SEND"), m.If(self.done):
                 m.next = "REPAIR"

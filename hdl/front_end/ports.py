@@ -15,17 +15,19 @@ TAXEL = data.StructLayout({"word": WORD, "user": NUMBER, "last": 1})
 FLAGS = data.StructLayout({name: 1 for name in ("saturation", "sequence_gap", "simulated", "out_of_range", "stuck")})
 """Faults of a frame; those of the frames that it is the mean of, too."""
 
-FACTS = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "flags": FLAGS, "started": BITS})
+FACTS = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "flags": FLAGS, "started": BITS, "bad": 1})
 """What goes with a frame around the core.
 
 ``sequence`` counts all frames that arrived since the reset, bad ones, too, from 0; ``user`` is the number that came
-with the frame; ``started`` is the time of its first taxel.  Of a mean of frames, it is the last one.
+with the frame; ``started`` is the time of its first taxel.  Of a mean of frames, it is the last one.  The result of a
+``bad`` frame, which was cut through, is to be dropped; its other facts mean nothing.
 """
 
 SETTINGS = wiring.Signature({
     "run": Out(1),
     "drop_late": Out(1),
     "check_sequence": Out(1),
+    "cut_through": Out(1),
     "word_bits": Out(5),
     "is_unsigned": Out(1),
     "invert": Out(1),

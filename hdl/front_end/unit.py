@@ -26,6 +26,10 @@ PAGES = 2
 
 _CALIBRATED = 1 + History.latency + Calibrate.latency
 """Cycles from the transfer of a taxel to its deviation, gain and faults."""
+_WRITTEN = _CALIBRATED + Codes.latency
+"""Cycles from the transfer of a taxel to the one that writes its code."""
+_SOON = _WRITTEN - 3
+"""Cycles from the transfer of a frame's last taxel to the one from which on it may be read from its first code on."""
 _COMPLETE = _CALIBRATED + 1
 """Cycles from the transfer of a frame's last taxel to the pulse of its end, when all its faults are known."""
 
@@ -51,8 +55,10 @@ class FrontEnd(wiring.Component):
     Raises ``ValueError`` for converters of fewer than 8 or more than 16 bits.
     """
 
-    latency = _COMPLETE + 1 + OutputReader.latency
+    latency = _SOON + 1 + OutputReader.latency
     """Cycles from the transfer of a frame's last taxel to that of its first code, if nothing is repaired."""
+    cut_through = _WRITTEN + OutputReader.latency
+    """Cycles from the transfer of a taxel to that of its code, if its frame is cut through."""
 
     def __init__(self, design: Design) -> None:
         check(design)
@@ -75,7 +81,7 @@ class FrontEnd(wiring.Component):
             "time": In(BITS),  # counts cycles
             "skip": In(1),  # during a reset: the frame that it cuts goes on afterwards, and its rest is dropped
             "codes": Out(stream.Signature(signed(design.adc.bits))),  # row by row
-            "facts": Out(stream.Signature(FACTS)),  # one transfer a frame, which is taken before the first code
+            "facts": Out(stream.Signature(FACTS)),  # one transfer a frame, after its end
             "events": Out(EVENTS),
             "faulty": Out(FAULTY),
             "faulty_store": Out(1),  # pulse
@@ -94,15 +100,26 @@ class FrontEnd(wiring.Component):
         m = Module()
         for name in ("intake", "means", "history", "calibrate", "codes", "repair", "faults", "reader"):
             m.submodules[name] = block = getattr(self, f"_{name}")
-            _connect(m, self.settings, block, SETTINGS.members.keys() & block.signature.members.keys())
+            _connect(m, self.settings, block, SETTINGS.members.keys() & block.signature.members.keys() - {"run"})
+        enabled = self._cut_through(m)
+        cut = enabled & self._means.part.final & ~self._means.taring
+        leaves = self._means.completes | (self._intake.bad & cut)
         completes, turn = self._ends(m)
-        busy = occupancy(m, PAGES, self._means.completes, self._reader.done)
+        busy = occupancy(m, PAGES, leaves, self._reader.done)
         self._receive(m, busy, turn)
         self._calibrate_taxels(m, turn)
-        self._store_codes(m)
-        self._send(m, completes)
+        self._store_codes(m, cut, leaves)
+        self._send(m, enabled, leaves)
         self._report(m, completes)
         return m
+
+    def _cut_through(self, m: Module) -> Value:
+        """Whether frames go on while they come; it changes while no frame is there, when the repair of none is done."""
+        settings = self.settings
+        enabled = Signal()
+        with m.If(~self.busy):
+            m.d.sync += enabled.eq(settings.cut_through & ~settings.contact.any() & self._repair.repaired)
+        return enabled
 
     def _ends(self, m: Module) -> tuple[Value, Value]:
         """Pulses when all faults of a frame are known: it completes one for the core; it completes a tare."""
@@ -117,6 +134,7 @@ class FrontEnd(wiring.Component):
         connect(m, flipped(self.i), intake.i)
         _connect(m, self, intake, ("time", "skip"))
         m.d.comb += [
+            intake.run.eq(delayed(m, self.settings.run, 2, "run", control=True)),  # after what depends on the others
             intake.can_begin.eq(~busy[-1] & ~means.settling),
             intake.stall.eq(register(m, reader.repair & ~self._repair.repaired, "stall", control=True)),
             means.tare.eq(self.tare),
@@ -141,13 +159,13 @@ class FrontEnd(wiring.Component):
             self._calibrate.turn.eq(turn),
         ]
 
-    def _store_codes(self, m: Module) -> None:
+    def _store_codes(self, m: Module, cut: Value, leaves: Value) -> None:
         """Codes of taxels are stored; those of the frame that leaves are repaired, then read."""
         codes, repair, reader, calibrate = self._codes, self._repair, self._reader, self._calibrate
         page_in = Signal()  # of the frame that comes
         page_out = Signal()  # of the frame that leaves
         m.d.sync += [
-            page_in.eq(page_in ^ self._means.completes),
+            page_in.eq(page_in ^ leaves),
             page_out.eq(page_out ^ reader.done),
         ]
         m.d.comb += [
@@ -164,32 +182,37 @@ class FrontEnd(wiring.Component):
             repair.place.eq(calibrate.repair_place),
             repair.data.eq(self.tables.data),
             calibrate.repair_word.eq(repair.stored),
+            codes.spoils.eq(delayed(m, self._intake.bad & cut, _WRITTEN, "spoils", control=True)),
+            reader.cut.eq(delayed(m, cut, _WRITTEN, "cut", control=True)),
+            reader.written.eq(codes.written),
             reader.silent.eq(~codes.reached.bit_select(page_out, 1)),
         ]
 
-    def _send(self, m: Module, completes: Value) -> None:
-        """The reader sends a frame that is complete: its facts, then its codes.
+    def _send(self, m: Module, enabled: Value, leaves: Value) -> None:
+        """The facts of a frame that leaves, and its codes.
 
         As many facts wait as there are pages of codes; the origin is known before the flags.
         """
         reader, intake = self._reader, self._intake
-        complete = delayed(m, self._means.completes, 2, "completes", control=True)
+        complete = delayed(m, leaves, 2, "complete", control=True)
+        ends = delayed(m, complete, _COMPLETE - 2, "complete", control=True)
+        soon = delayed(m, ends, _SOON - _COMPLETE, "complete", control=True)
+        written = delayed(m, soon, _WRITTEN - _SOON, "complete", control=True)
         origin = self._wait(m, complete, intake.origin, "origin")
-        flags = self._wait(m, completes, self._faults.flags, "flags")
-        waiting = occupancy(m, PAGES, completes, reader.done)
-        taken = reader.facts.valid & reader.facts.ready
-        connect(m, reader.o, flipped(self.facts))
+        flags = self._wait(m, ends, self._faults.flags, "flags")
+        waiting = occupancy(m, PAGES, Mux(enabled, written, soon), reader.done)
+        taken = self.facts.valid & self.facts.ready
         connect(m, reader.codes, flipped(self.codes))
         m.d.comb += [
             reader.waiting.eq(waiting[0]),
             reader.repaired.eq(self._repair.repaired),
             reader.stored.eq(self._codes.stored),
-            reader.facts.payload.flags.eq(flags.payload),
-            reader.facts.valid.eq(origin.valid & flags.valid),
+            self.facts.payload.flags.eq(flags.payload),
+            self.facts.valid.eq(origin.valid & flags.valid),
             origin.ready.eq(taken),
             flags.ready.eq(taken),
         ]
-        m.d.comb += [reader.facts.payload[name].eq(origin.payload[name]) for name, _ in ORIGIN]
+        m.d.comb += [self.facts.payload[name].eq(origin.payload[name]) for name, _ in ORIGIN]
 
     @staticmethod
     def _wait(m: Module, valid: Value, payload: Any, name: str) -> Any:

@@ -17,6 +17,7 @@ _SETTINGS = {
     "run": "CONTROL.run",
     "drop_late": "CONTROL.drop_late",
     "check_sequence": "CONTROL.check_sequence",
+    "cut_through": "CONTROL.cut_through",
     "word_bits": "FRONT_END.word_bits",
     "is_unsigned": "FRONT_END.is_unsigned",
     "invert": "FRONT_END.invert",

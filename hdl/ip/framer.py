@@ -13,6 +13,7 @@ from tfra.hdl.ip.output_stage import RESULT_BEAT
 from tfra.hdl.lib.pipeline import register, wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.tfra import Status
 
 HEADER_WORDS = 2
@@ -41,7 +42,8 @@ class Framer(wiring.Component):
     =========  ==========================================================================================
     SEQUENCE   sends the frame's sequence, and its number; decides whether it has the forces at the taxels
     FAULTS     sends the flags and the format
-    WORDS      sends the words of the core, or drops those of forces
+    FRAME      sends the number of the frame among those that leave; the core's counts bad frames, too
+    WORDS      sends the other words of the core, or drops those of forces, or of a bad frame
     =========  ==========================================================================================
 
     Raises ``ValueError`` for result words that don't fit.
@@ -67,10 +69,12 @@ class Framer(wiring.Component):
         wiring.connect(m, wiring.flipped(self.facts), fifo.i)
         facts, result, o = fifo.o.p, self.result, self.o
         with_forces = Signal(init=1)
+        frame = Signal(COUNTER_BITS)
         ends = result.valid & result.ready & result.p.last
-        drop = ~with_forces & self._inside(m, result.valid & result.ready) if self._forces else Const(0)
+        forces = self._inside(m, result.valid & result.ready) if self._forces else Const(0)
+        drop = facts.bad | (forces & ~with_forces)
         limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
-        saturated = ends & (facts.flags.saturation | limited.any())
+        saturated = ends & ~facts.bad & (facts.flags.saturation | limited.any())
         m.d.comb += [
             self.busy.eq(fifo.o.valid),
             o.p.started.eq(facts.started),
@@ -79,17 +83,28 @@ class Framer(wiring.Component):
         with m.FSM():
             with m.State("SEQUENCE"):
                 m.d.comb += [
-                    o.valid.eq(fifo.o.valid),
+                    o.valid.eq(fifo.o.valid & ~facts.bad),
                     o.p.data.eq(Cat(facts.sequence, facts.user)),
                 ]
                 with m.If(o.valid & o.ready):
                     m.d.sync += with_forces.eq(self.taxel_forces)
                     m.next = "FAULTS"
+                with m.If(fifo.o.valid & facts.bad):
+                    m.next = "WORDS"
             with m.State("FAULTS"):
                 m.d.comb += o.valid.eq(1)
                 m.d.comb += o.p.data.eq(FORMAT << FORMAT_PLACE)
                 m.d.comb += [o.p.data[bit].eq(facts.flags[name]) for name, bit in FAULTS.items()]
                 with m.If(o.ready):
+                    m.next = "FRAME"
+            with m.State("FRAME"):
+                m.d.comb += [
+                    o.valid.eq(result.valid),
+                    o.p.data.eq(frame),
+                    result.ready.eq(o.ready),
+                ]
+                with m.If(result.valid & o.ready):
+                    m.d.sync += frame.eq(frame + 1)
                     m.next = "WORDS"
             with m.State("WORDS"):
                 m.d.comb += [

@@ -36,6 +36,13 @@ def latencies(core: Microarchitecture) -> tuple[int, int, int, int]:
     return core.latency + idle, core.frame_latency + idle, first + queued, last + queued
 
 
+def cut_through(core: Microarchitecture) -> tuple[int, int]:
+    """The first two of :func:`latencies` if frames are cut through, their taxels coming without a pause."""
+    first, last, *_ = latencies(core)
+    earlier = FrontEnd.latency - FrontEnd.cut_through + core.design.sensor.taxels - 1
+    return first - earlier, last - earlier
+
+
 def interval(core: Microarchitecture) -> int:
     """Cycles from one frame to the next behind AXI when frames come back to back, on average."""
     return max(core.initiation_interval, HEADER_WORDS + core.design.frame_words)

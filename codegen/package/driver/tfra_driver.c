@@ -17,7 +17,7 @@
             return error;                 \
     } while (0)
 
-#define OPTIONS ((uint32_t)TFRA_OPTION_TAXEL_FORCES | TFRA_OPTION_DROP_LATE | TFRA_OPTION_CHECK_SEQUENCE)
+#define OPTIONS ((uint32_t)TFRA_OPTION_TAXEL_FORCES | TFRA_OPTION_DROP_LATE | TFRA_OPTION_CHECK_SEQUENCE | TFRA_OPTION_CUT_THROUGH)
 
 static tfra_error_t read_register(tfra_device_t *device, uint32_t address, uint32_t *word)
 {

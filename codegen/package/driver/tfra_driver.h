@@ -94,7 +94,8 @@ tfra_error_t tfra_soft_reset(tfra_device_t *device);
 enum {
     TFRA_OPTION_TAXEL_FORCES = TFRA__CONTROL__TAXEL_FORCES_bm,    /**< Frames with the forces at the taxels. */
     TFRA_OPTION_DROP_LATE = TFRA__CONTROL__DROP_LATE_bm,          /**< Late frames are dropped; else they wait. */
-    TFRA_OPTION_CHECK_SEQUENCE = TFRA__CONTROL__CHECK_SEQUENCE_bm /**< The frames' numbers grow by 1. */
+    TFRA_OPTION_CHECK_SEQUENCE = TFRA__CONTROL__CHECK_SEQUENCE_bm, /**< The frames' numbers grow by 1. */
+    TFRA_OPTION_CUT_THROUGH = TFRA__CONTROL__CUT_THROUGH_bm       /**< Taxels go on before their frame ends. */
 };
 /** Switches on the given options (or-ed), and the others off. */
 tfra_error_t tfra_set_options(tfra_device_t *device, uint32_t options);

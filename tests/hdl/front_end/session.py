@@ -30,10 +30,11 @@ class Frame:
 
 @dataclass
 class Seen:
-    """What came out: per frame, its facts and codes; events; faulty taxels; cycles."""
+    """What came out: per good frame, its facts and codes; codes of bad ones; events; faulty taxels; cycles."""
 
     facts: list[dict[str, Any]] = field(default_factory=list)
     codes: list[list[int]] = field(default_factory=list)
+    bad: list[list[int]] = field(default_factory=list)
     events: Counter[str] = field(default_factory=Counter)
     faulty: list[dict[str, int]] = field(default_factory=list)
     values: list[int] = field(default_factory=list)
@@ -49,6 +50,8 @@ class Session:
     def __init__(self, unit: FrontEnd, *, stall_in: Pattern = flowing, stall_out: Pattern = flowing, seed: int = 0):
         self.unit, self._reset = unit, Signal()
         self.seen, self.cycle, self._steps = Seen(), 0, []
+        self._facts: list[dict[str, Any]] = []
+        self._codes: list[int] = []
         self._in, self._out = stall_in(random.Random(f"{seed} in")), stall_out(random.Random(f"{seed} out"))
 
     def set(self, settings: Settings, tables: Tables | None = None, **more: int) -> None:
@@ -173,6 +176,14 @@ class Session:
         simulator.add_testbench(main)
         simulator.add_testbench(self._take, background=True)
         simulator.run()
+        taxels = len(self._codes) // max(1, len(self._facts))
+        for number, facts in enumerate(self._facts):
+            codes = self._codes[number * taxels : (number + 1) * taxels]
+            if facts.pop("bad"):
+                self.seen.bad.append(codes)
+            else:
+                self.seen.facts.append(facts)
+                self.seen.codes.append(codes)
         return self.seen
 
     async def _watch(self, ctx: Any) -> None:
@@ -187,9 +198,10 @@ class Session:
                 self.seen.faulty.append(plain(faulty))
 
     async def _take(self, ctx: Any) -> None:
-        unit, offered = self.unit, None
+        unit, offered, ready, facts_valid = self.unit, None, [True, True], 0
         while True:
-            ready = [not next(self._out), not next(self._out)]
+            facts_wait = facts_valid and not ready[0]
+            ready = [not next(self._out), not next(self._out) and not facts_wait]
             ctx.set(unit.facts.ready, ready[0])
             ctx.set(unit.codes.ready, ready[1])
             _, _, facts_valid, facts, code_valid, code = await ctx.tick().sample(
@@ -198,10 +210,9 @@ class Session:
             assert offered is None or (code_valid and code == offered), "changed before it was taken"
             offered = code if code_valid and not ready[1] else None
             if facts_valid and ready[0]:
-                self.seen.facts.append(plain(facts))
-                self.seen.codes.append([])
+                self._facts.append(plain(facts))
             if code_valid and ready[1]:
-                self.seen.codes[-1].append(int(code))
+                self._codes.append(int(code))
                 self.seen.given.append(self.cycle)
 
 

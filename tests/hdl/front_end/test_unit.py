@@ -1,6 +1,7 @@
 """The front end gives the codes, flags and faulty taxels of the model, whatever comes and however it comes."""
 
 from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,15 +116,18 @@ def any_frames(rng: np.random.Generator, taxels: int, word_bits: int, count: int
 
 
 def play(design: Design, seed: int, stall_in=flowing, stall_out=flowing, count: int = 5) -> tuple[Seen, Expected]:
-    """Random settings, tables, frames, tares and resets."""
+    """Random settings, tables, frames, tares and resets; frames are cut through in half of the sessions."""
     rng = np.random.default_rng(seed)
     unit = FrontEnd(design)
     session, expected = Session(unit, stall_in=stall_in, stall_out=stall_out, seed=seed), Expected(design)
     for _ in range(2):
         settings = any_settings(rng, design)
         tables = any_tables(rng, design)
+        cut_through = int(rng.integers(2))
+        if cut_through:
+            settings, tables = replace(settings, contact=0), replace(tables, repairs=np.zeros(0, dtype=np.int64))
         expected.unit.settings, expected.unit.tables = settings, tables
-        session.set(settings, tables)
+        session.set(settings, tables, cut_through=cut_through)
         session.reset(skip=False)
         expected.reset()
         for what in rng.choice(["frames", "tare", "reset"], 4, p=[0.6, 0.2, 0.2]):
@@ -149,8 +153,8 @@ def test_random_sessions(seed):
     compare(*play(design, seed, *stalls[(seed // 4 + seed) % 4]), seed)
 
 
-def transparent(design: Design, **more: int) -> Session:
-    session = Session(FrontEnd(design))
+def transparent(design: Design, unit: FrontEnd | None = None, **more: int) -> Session:
+    session = Session(unit or FrontEnd(design))
     session.set(Settings(design.adc.bits), **more)
     return session
 
@@ -193,6 +197,58 @@ def test_a_contact_at_the_last_taxel_alone_is_one():
     session = transparent(make(2, 2), contact=100)
     session.frames(Frame([1, 2, 3, 100]), Frame([1, 2, 3, 99]))
     assert session.play().codes == [[1, 2, 3, 100], [0, 0, 0, 0]]
+
+
+@pytest.mark.parametrize("size", [(2, 2), (3, 5)])
+def test_cut_through_takes_the_promised_cycles(size):
+    """From each taxel to its code, and no more for frames without a pause between them."""
+    design = make(*size)
+    unit, m = FrontEnd(design), design.sensor.taxels
+    session = transparent(design, unit, cut_through=1)
+    frames = numbered(4, m)
+    for frame in frames[:2]:
+        session.frames(frame)
+        session.check("busy", 0)
+    session.frames(*frames[2:])
+    seen = session.play()
+    assert seen.codes == signed(frames)
+    assert set(np.subtract(seen.given, seen.taken)[: 3 * m]) == {unit.cut_through}
+
+
+@pytest.mark.parametrize("stall", [flowing, random_stalls, bursts])
+def test_bad_frames_that_are_cut_through_end_in_zeros(stall):
+    frames = numbered(8)
+    cut = [Frame(frames[1].words[:2], 1), Frame(frames[2].words[:5], 2), Frame(frames[3].words * 3, 3)]
+    session = Session(FrontEnd(make()), stall_out=stall)
+    session.set(Settings(14, log2_tare=0), cut_through=1)
+    session.frames(frames[0], *cut, *frames[4:6])
+    session.pulse("tare")
+    session.frames(Frame([0] * 6, 6), frames[7])
+    seen = session.play()
+    assert seen.codes == signed([frames[0], *frames[4:6], frames[7]])
+    for codes, (begun, length) in zip(seen.bad, zip(signed(frames[1:4]), (2, 5, 6), strict=True), strict=True):
+        assert codes[length:] == [0] * (6 - length)
+        assert all(each in (0, code) for each, code in zip(codes, begun, strict=True))
+    assert seen.events == {"accepted": 5, "dropped": 3, "short_frame": 2, "long_frame": 1}
+
+
+def test_a_frame_of_one_taxel_is_not_cut_through():
+    frames = numbered(3)
+    session = transparent(make(), cut_through=1)
+    session.frames(frames[0], *[Frame([5], 1)] * 3, *frames[1:])
+    seen = session.play()
+    assert (seen.codes, seen.bad) == (signed(frames), [])
+
+
+@pytest.mark.parametrize("more", [{"contact": 1}, {"repair_words": 2}])
+def test_frames_wait_for_what_needs_the_whole_of_them(more):
+    """From the first frame after a reset on."""
+    session = transparent(make(), cut_through=1, **more)
+    session.reset(skip=False)
+    session.frames(*numbered(2), Frame([1, 2, 3], 2))
+    seen = session.play()
+    assert seen.bad == []
+    assert (np.array(seen.given[::6]) > seen.taken[5:12:6]).all()
 
 
 def test_a_frame_that_goes_on_or_ends_early_leaves_no_trace():

@@ -20,7 +20,7 @@ STATUS = 0x15
 
 
 class EchoCore(wiring.Component):
-    """Answers a frame by words that are its first taxel plus their numbers, and ``STATUS`` at the end.
+    """Answers a frame by 0, words that are its first taxel plus their numbers, and ``STATUS`` at the end.
 
     With ``words``, that many have to be loaded after a reset, and the sum of them is added, too.
     """
@@ -52,6 +52,8 @@ class EchoCore(wiring.Component):
             self.result.payload.data.eq(first + word + total),
             self.result.payload.last.eq(ends),
         ]
+        with m.If(word == 0):
+            m.d.comb += self.result.payload.data.eq(0)
         with m.If(ends):
             m.d.comb += self.result.payload.data.eq(STATUS)
         with m.If(taken):
@@ -149,10 +151,16 @@ class Bench:
         background, axi = [self.sink(rng), *watch], self.wrapper.axi if check else None
         simulated(self._module, *processes, background=background, check=axi)
 
-    def answer(self, first: int, sequence: int, user: int = 0, flags: int = 0, forces: bool = True) -> list[int]:
-        """The output frame for a frame that begins with the taxel ``first``, with ``forces`` or without."""
+    def answer(
+        self, first: int, sequence: int, user: int = 0, flags: int = 0, *, forces: bool = True, frame: int | None = None
+    ) -> list[int]:
+        """The output frame for a frame that begins with the taxel ``first``, with ``forces`` or without.
+
+        It is number ``frame`` of those that leave, by default ``sequence``.
+        """
         count = self.design.frame_words
         words = [(first + number) & 0xFFFFFFFF for number in range(count - 1)] + [STATUS]
+        words[0] = sequence if frame is None else frame
         drop = next(each for each in self.design.layout if each.name == "forces")
         kept = [n for n in range(count) if forces or not drop.start <= n < drop.start + drop.count]
         return [sequence | user << 16, flags | 1 << 24, *(words[n] for n in kept)]

@@ -14,7 +14,7 @@ from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.hdl.ip.output_stage import CUT
-from tfra.hdl.ip.wrapper import interval, latencies
+from tfra.hdl.ip.wrapper import cut_through, interval, latencies
 from tfra.model.choices import SERIAL, Architecture, Bus, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -38,20 +38,20 @@ def packed(taxels: list[int], per_beat: int) -> list[int]:
 FRAME = [7, -3, 4, 100, -200, 5]
 
 
-@pytest.mark.parametrize("per_beat", [4, *long(1, 2)])
-def test_frames_of_all_lengths(per_beat: int) -> None:
+@pytest.mark.parametrize(("per_beat", "cut_through"), [(4, 1), *long((1, 0), (1, 1), (2, 0), (2, 1), (4, 0))])
+def test_frames_of_all_lengths(per_beat: int, cut_through: int) -> None:
     bench = Bench(design(per_beat))
     rng = random.Random(per_beat)
     expected, dropped, whole = [], {"short": 0, "long": 0}, len(packed(FRAME, per_beat))
 
     async def host(ctx: Any) -> None:
-        await bench.write(ctx, "CONTROL", run=1)
+        await bench.write(ctx, "CONTROL", run=1, cut_through=cut_through)
         for sequence in range(20):
             first, length = rng.randint(-8000, 8000), rng.choice([whole, whole, 1, rng.randint(1, 3 * whole)])
             beats = (packed([first, *FRAME[1:]], per_beat) * 3)[:length]
             await bench.send(ctx, beats, sequence + 1000, stalls=rng)
             if length == whole:
-                expected.append((0, bench.answer(first, sequence, sequence + 1000)))
+                expected.append((0, bench.answer(first, sequence, sequence + 1000, frame=len(expected))))
             else:
                 dropped["short" if length < whole else "long"] += 1
         await bench.settle(ctx, 200)
@@ -92,8 +92,9 @@ CORES = [
 ]
 
 
+@pytest.mark.parametrize("cut", [0, 1])
 @pytest.mark.parametrize(("built", "frames"), CORES, ids=["small", "serial", "parallel", "learned", "output"])
-def test_latencies_of_cores(built: Design, frames: int) -> None:
+def test_latencies_of_cores(built: Design, frames: int, cut: int) -> None:
     """From a frame's last beat to its first and last result word: a frame that is alone, and frames back to back."""
     core, taxels = microarchitecture(built), (FRAME * 9)[: built.sensor.taxels]
     load = core.loaded.ravel().tolist() if core.loaded is not None else []
@@ -103,7 +104,7 @@ def test_latencies_of_cores(built: Design, frames: int) -> None:
     async def host(ctx: Any) -> None:
         for word in load:
             await bench.write(ctx, "LOAD_DATA", word=word & 0xFFFFFFFF)
-        await bench.write(ctx, "CONTROL", run=1)
+        await bench.write(ctx, "CONTROL", run=1, cut_through=cut)
         for number in range(1 + frames):
             await bench.send(ctx, beats)
             if not number:
@@ -115,8 +116,10 @@ def test_latencies_of_cores(built: Design, frames: int) -> None:
     given = np.array(bench.given).reshape(1 + frames, -1)
     found = given[:, [2, -1]] - np.array(bench.taken[len(beats) - 1 :: len(beats)])[:, None]
     idle, most = np.reshape(latencies(core), (2, 2))
-    assert found[0].tolist() == idle.tolist()
-    if frames:
+    assert found[0].tolist() == list(cut_through(core) if cut else idle)
+    if frames and cut:
+        assert (found <= most).all()
+    elif frames:
         assert set(most - found.max(axis=0)) <= {*range(HEADER_WORDS + 1)}
         late = interval(core) - core.initiation_interval
         assert set(np.diff(given[2:, -1])) >= {cycles + late for cycles in core.intervals}

@@ -20,7 +20,7 @@ ERRORS = tuple(REGISTERS["ERRORS"]["fields"])
 """Names of errors, and of faults of frames."""
 EVENTS = tuple(REGISTERS["INTERRUPT_STATUS"]["fields"])
 """Names of events that raise the interrupt."""
-OPTIONS = ("taxel_forces", "drop_late", "check_sequence")
+OPTIONS = ("taxel_forces", "drop_late", "check_sequence", "cut_through")
 """Names of options."""
 
 
