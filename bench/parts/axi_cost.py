@@ -19,7 +19,7 @@ from tfra.codegen.verilog.wrapper import wrapper
 from tfra.families import find
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.unit import FrontEnd
-from tfra.hdl.ip.wrapper import latencies
+from tfra.hdl.ip.wrapper import cut_through, latencies
 from tfra.model.fixed.design import Design
 from tfra.synth.flow import synthesise
 
@@ -37,7 +37,8 @@ def interval(design: Design) -> dict[str, Any]:
     ends = np.array([cycle for _, _, cycle in outcome["back"]])
     measured = float(np.diff(ends)[core.settled].mean())
     first, _, most, _ = latencies(core)
-    return {"alone": core.initiation_interval, "behind_axi": measured, "latency": [core.latency, first, most]}
+    cut, _ = cut_through(core)
+    return {"alone": core.initiation_interval, "behind_axi": measured, "latency": [core.latency, first, cut, most]}
 
 
 def size(component: Any) -> dict[str, int]:
@@ -50,11 +51,11 @@ def size(component: Any) -> dict[str, int]:
 def table(record: dict[str, Any]) -> str:
     """Markdown: a row for each preset, and one for the front end, which all wrappers have."""
     lines = [
-        "| preset | interval | behind AXI | latency | behind AXI | at most | LUT | FF | DSP | BRAM |",
-        "|---|" + "---:|" * 9,
+        "| preset | interval | behind AXI | latency | behind AXI | cut through | at most | LUT | FF | DSP | BRAM |",
+        "|---|" + "---:|" * 10,
     ]
     for name, cells in record["sizes"].items():
-        cycles = "the front end in it | | | | | |"
+        cycles = "the front end in it | | | | | | |"
         if name in record["intervals"]:
             found = record["intervals"][name]
             more = found["behind_axi"] / found["alone"] - 1

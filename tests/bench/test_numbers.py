@@ -12,7 +12,7 @@ from bench.parts import axi_cost
 from bench.publish import ROOT, stored
 from tfra.codegen.config.read import MOST_TAXELS, load
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.ip.wrapper import latencies
+from tfra.hdl.ip.wrapper import cut_through, latencies
 from tfra.model.boussinesq import operators
 from tfra.model.sensor import SensorArray
 
@@ -117,7 +117,8 @@ def test_latencies_behind_axi():
     assert axi_cost.table(record) in (ROOT / "docs" / "ip.md").read_text()
     for name, found in record["intervals"].items():
         first, _, most, _ = latencies(preset(name))
-        assert found["latency"] == [preset(name).latency, first, most]
+        cut, _ = cut_through(preset(name))
+        assert found["latency"] == [preset(name).latency, first, cut, most]
         assert found["behind_axi"] == found["alone"] == preset(name).initiation_interval
 
 
