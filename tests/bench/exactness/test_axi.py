@@ -16,7 +16,7 @@ from bench.publish import ROOT
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.wrapper import module_name
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.ip.wrapper import latencies
+from tfra.hdl.ip.wrapper import cut_through, latencies
 from tfra.model.choices import Architecture, Bus
 from tfra.model.fixed.design import Design
 
@@ -46,30 +46,35 @@ def test_traffic_has_every_kind_of_frame(per_beat: int) -> None:
     assert all((heads[:, 1] >> bit & 1).any() for bit in (2, 5, 8))
 
 
-def outcome(change: Callable[[Texts], Texts], count: int, simulator: str = "icarus") -> list[str]:
+def outcome(change: Callable[[Texts], Texts], count: int, cut: bool, simulator: str = "icarus") -> list[str]:
     frames = traffic(small(), count, 7)
-    return differences(frames, run(small(), frames, simulator, change(texts()), 7))
+    return differences(frames, run(small(), frames, simulator, change(texts()), 7, cut_through=cut))
 
 
 @pytest.mark.long
-def test_a_hundred_frames() -> None:
-    assert outcome(lambda given: given, 100) == []
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_hundred_frames(cut: bool) -> None:
+    assert outcome(lambda given: given, 100, cut) == []
 
 
 @pytest.mark.long
-def test_a_thousand_frames() -> None:
-    assert outcome(lambda given: given, 1000, "verilator") == []
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_thousand_frames(cut: bool) -> None:
+    assert outcome(lambda given: given, 1000, cut, "verilator") == []
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("cut", [False, True])
 @pytest.mark.parametrize("name", [*PRESETS, "hertz_40x20", "rectangle_40x40", "skin_8x12"])
-def test_a_frame_takes_the_stated_cycles(name: str) -> None:
+def test_a_frame_takes_the_stated_cycles(name: str, cut: bool) -> None:
     """Every preset behind AXI: from the first taxel of a frame that is alone to its last result word."""
     design = replace(load(ROOT / "examples" / f"{name}.toml").design, target="portable")
     core, frames = microarchitecture(design), traffic(design, 1, 1, malformed=0)
-    found = run(design, frames, "icarus" if core.loaded is None else "verilator", verilog(design), pauses=False)
+    simulator = "icarus" if core.loaded is None else "verilator"
+    found = run(design, frames, simulator, verilog(design), pauses=False, cut_through=cut)
     assert differences(frames, found) == []
-    assert found["states"]["FRAME_CYCLES"] == design.sensor.taxels - 1 + latencies(core)[1]
+    stated = (cut_through(core) if cut else latencies(core))[1]
+    assert found["states"]["FRAME_CYCLES"] == design.sensor.taxels - 1 + stated
 
 
 def in_wrapper(pattern: str, other: str) -> Callable[[Texts], Texts]:
@@ -86,12 +91,14 @@ def in_wrapper(pattern: str, other: str) -> Callable[[Texts], Texts]:
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("pattern", "other", "seen"),
+    ("pattern", "other", "seen", "cut"),
     [
-        (r"assign m_axis_tdata = (.*);", r"assign m_axis_tdata = \1 ^ (\1 == 32'd3);", "words, differing at"),
-        (r"(\.hardware__FRAMES_DROPPED__count_up\()[^)]*", r"\g<1>1'b0", "FRAMES_DROPPED is 0"),
+        (r"assign m_axis_tdata = (.*);", r"assign m_axis_tdata = \1 ^ (\1 == 32'd3);", "words, differing at", False),
+        (r"(\.hardware__FRAMES_DROPPED__count_store\()[^)]*", r"\g<1>1'b0", "FRAMES_DROPPED is 0", False),
+        (r"word <= \{ \w+, (\w+\[63:0\]) \};", r"word <= { 1'h0, \1 };", "frames came back", True),
     ],
 )
-def test_a_planted_error_is_noticed(pattern: str, other: str, seen: str) -> None:
-    found: Any = outcome(in_wrapper(pattern, other), 40)
+def test_a_planted_error_is_noticed(pattern: str, other: str, seen: str, cut: bool) -> None:
+    """The last one: the results of bad frames that were cut through are not marked."""
+    found: Any = outcome(in_wrapper(pattern, other), 40, cut)
     assert any(seen in line for line in found), found
