@@ -94,7 +94,7 @@ def in_wrapper(pattern: str, other: str) -> Callable[[Texts], Texts]:
     ("pattern", "other", "seen", "cut"),
     [
         (r"assign m_axis_tdata = (.*);", r"assign m_axis_tdata = \1 ^ (\1 == 32'd3);", "words, differing at", False),
-        (r"(\.hardware__FRAMES_DROPPED__count_store\()[^)]*", r"\g<1>1'b0", "FRAMES_DROPPED is 0", False),
+        (r"(\.events__dropped\()[^)]*", r"\g<1>1'b0", "FRAMES_DROPPED is 0", False),
         (r"word <= \{ \w+, (\w+\[63:0\]) \};", r"word <= { 1'h0, \1 };", "frames came back", True),
     ],
 )
