@@ -51,6 +51,8 @@ class PlaceAndRoute:
     """Options that write the layout to ``{file}``."""
     routing: tuple[str, ...] = ()
     """Options of placer and router."""
+    free: tuple[str, ...] = ()
+    """Options of a second placer, which chooses the sites of hard blocks, too; the two take turns, and it begins."""
     threaded: tuple[str, ...] = ()
     """Extra options of programs with threads; PyPI's, in WebAssembly, lacks them.  The first shows which it is."""
     constraints: str = ""

@@ -111,7 +111,7 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
         run(tool.program, [*words, *written, "--json", NETLIST, "--freq", str(aim)], directory, f"{name}.log")
     else:
         refined = options(target.family) != list(tool.routing)  # by slack, which ends well or badly by chance
-        placed = place(tool.program, [*words, "--json", NETLIST], directory, seed, clock_mhz, several=refined)
+        placed = place(tool.program, words, NETLIST, directory, seed, clock_mhz, free=tool.free, several=refined)
         aim = _route(tool.program, [*words, *written, "--json", placed], directory, f"{name}.log", clock_mhz)
         (directory / placed).unlink()
     return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)

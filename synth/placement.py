@@ -14,27 +14,46 @@ from tfra.synth.tools import run
 _MOST, _ENOUGH, _SEEDS = 8, 0.93, 100
 """Placements of a seed at most; the share of the aim that nextpnr expects of one that is good enough, since routing
 makes slow paths faster; how far apart the placements' seeds are, above the number of seeds."""
+_FREE, _SITE = "free.json", "BEL"
+"""The netlist without sites, and the attribute that is a cell's site."""
 _SETTINGS = ("router", "target_freq", "seed")
 """What a placed netlist would tell nextpnr instead of its options."""
 _CONSTANT = "$PACKER_"
 """How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
 
 
-def place(program: str, words: Sequence[str], directory: Path, seed: int, clock_mhz: float, *, several: bool) -> str:
-    """Place with nextpnr's options ``words``, once or ``several`` times, and return the file of the placed netlist.
+def place(
+    program: str,
+    words: Sequence[str],
+    netlist: str,
+    directory: Path,
+    seed: int,
+    clock_mhz: float,
+    *,
+    free: Sequence[str] = (),
+    several: bool = False,
+) -> str:
+    """Place the file ``netlist`` with nextpnr's options ``words``, and return the file of the placed netlist.
 
-    Several end with the first of which nextpnr expects ``_ENOUGH`` of ``clock_mhz``; if none is, the best is taken.
-    First is meant in the order of seeds, not of time, so that the number of processors changes nothing.  Raises
-    :class:`tools.ToolError`.
+    Once or ``several`` times; with ``free``, options of another placer, once with either, or in turns.  That one
+    begins, and hard blocks have no sites for it.  The first is taken of which nextpnr expects ``_ENOUGH`` of
+    ``clock_mhz``, else the best.  First is meant in the order of seeds, not of time, so that the number of processors
+    changes nothing.  Raises :class:`tools.ToolError`.
     """
     words = [*words, "--freq", str(clock_mhz), "--no-route"]
+    if free:
+        without = json.loads((directory / netlist).read_text())
+        for cell in (cell for module in without["modules"].values() for cell in module["cells"].values()):
+            cell["attributes"].pop(_SITE, None)
+        (directory / _FREE).write_text(json.dumps(without))
 
     def once(turn: int) -> tuple[float, str]:
         file, log = f"placed{turn}.json", f"seed{seed}.place{turn}.log"
-        run(program, [*words, "--write", file, "--seed", str(seed + _SEEDS * turn)], directory, log)
+        more = ["--json", netlist] if turn % 2 or not free else [*free, "--json", _FREE]
+        run(program, [*words, *more, "--write", file, "--seed", str(seed + _SEEDS * turn)], directory, log)
         return expected_mhz((directory / log).read_text(errors="replace")), file
 
-    number, found = _MOST if several else 1, list[tuple[float, str]]()
+    number, found = _MOST if several else 1 + bool(free), list[tuple[float, str]]()
     turns, processors = iter(range(number)), os.cpu_count() or 1
     with ThreadPoolExecutor(processors) as pool:
         running = deque(pool.submit(once, turn) for turn in islice(turns, processors))
@@ -44,7 +63,7 @@ def place(program: str, words: Sequence[str], directory: Path, seed: int, clock_
                 break
             running.extend(pool.submit(once, turn) for turn in islice(turns, 1))
     _, best = max(found)
-    for file in {f"placed{turn}.json" for turn in range(number)} - {best}:
+    for file in {_FREE, *(f"placed{turn}.json" for turn in range(number))} - {best}:
         (directory / file).unlink(missing_ok=True)
     _forget_settings(directory / best)
     return best

@@ -25,6 +25,7 @@ def rules(contents: Contents) -> dict[str, str]:
         "prepare.py.txt",
         family=family.title,
         routing=" ".join(family.place_and_route.routing),
+        free=" ".join(family.place_and_route.free),
         imports="".join(sorted(imports)),
         rules="\n\n".join(_IMPORT.sub("", text).strip() + "\n" for text in texts),
         prepare=inspect.getsource(family.prepare),

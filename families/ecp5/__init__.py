@@ -53,6 +53,8 @@ FAMILY = Family(
         # The placer weights slow paths three times as much as by default.  Short wires may take long detours around
         # congestion, unless paths that are too slow are routed again.
         routing=("--router", "router2", "--tmg-ripup", "--placer-heap-timingweight", "30"),
+        # The electrostatic placer is better where there is room, and worse in a part that is nearly full.
+        free=("--placer", "static"),
         # Refines a placement by slack, where the default refinement uses wire length.  One thread, so that the layout
         # is the same on every machine.
         threaded=("--parallel-refine", "--threads", "1"),

