@@ -71,7 +71,7 @@ def test_a_wrong_word_is_noticed(short: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "stated", "other", "seen"),
     [
-        ("short.v", "assign result_data = ", "assign result_data = 1 ^ ", "frame 0, word 2"),
+        ("short.v", "assign result_data = ", "assign result_data = 1 ^ ", "frame 0, word 3"),
         *long(
             ("short_axi.v", "assign m_axis_tuser = ", "assign m_axis_tuser = 1 ^ ", "frame 0, word"),
             ("short_axi.v", ".interrupt(irq)", ".interrupt()", "interrupt"),
