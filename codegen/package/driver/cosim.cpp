@@ -22,12 +22,14 @@ namespace {
 const int PATIENCE = 10000000; /**< Cycles, or reads of a register. */
 VNAME_axi core;
 
-void cycle()
+void cycle(int count = 1)
 {
-    core.aclk = 1;
-    core.eval();
-    core.aclk = 0;
-    core.eval();
+    while (count--) {
+        core.aclk = 1;
+        core.eval();
+        core.aclk = 0;
+        core.eval();
+    }
 }
 
 /** Registers, as the driver's callbacks: one access at a time. */
@@ -35,7 +37,7 @@ int read32(void *, uint32_t address, uint32_t *word)
 {
     core.s_axi_araddr = address;
     core.s_axi_arvalid = core.s_axi_rready = 1;
-    for (int cycles = 0; cycles < PATIENCE && core.s_axi_rready; cycles++) {
+    for (int cycles = 0; cycles < PATIENCE; cycles++) {
         const bool requested = core.s_axi_arready, answered = core.s_axi_rvalid;
         if (answered)
             *word = core.s_axi_rdata;
@@ -120,15 +122,13 @@ int main()
     tfra_frame_t frame;
     size_t words = 0, wrong = 0;
 
-    for (core.aresetn = 0; words < 8; words++)
-        cycle();
+    core.aresetn = 0;
+    cycle(8);
     core.aresetn = 1;
-    for (words = 0; words < 4; words++)
-        cycle();
+    cycle(4);
     check("open", tfra_open(&device, &bus, config));
     check("load", tfra_load(&device, NAME_coefficients, config->load_words));
     check("start", tfra_start(&device));
-    words = 0;
     for (const auto &recorded : NAME_recorded) {
         const std::vector<uint32_t> beats = estimate(recorded.codes);
         check("frame", tfra_parse_frame(config, beats.data(), beats.size(), &frame));

@@ -1,5 +1,6 @@
 """Packages of small cores, made once."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +29,13 @@ DESIGNS = {
     "few": (replace(PARALLEL, name="few", target="ecp5", adc=Adc(8), search=Search(2), formats=SHORT), PART),
     "files": (replace(PARALLEL, name="images", images="readmemh", bus=Bus(4)), PART),
 }
+
+
+def write(folder: Path, texts: Mapping[str, str]) -> None:
+    """Files in ``folder`` by their names there."""
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
 
 
 def made(name: str, folder: Path) -> tuple[Design, Path]:

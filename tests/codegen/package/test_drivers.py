@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from tests.codegen.package.c_driver import SOURCES, STRICT, CCore, compiled
+from tests.codegen.package.made import write
 from tests.codegen.package.test_simulated import DESIGN, frames
 from tests.hdl.bus.model import Model
 from tests.model.fixed.learned.cases import learned_design
@@ -40,9 +41,7 @@ COMPILERS = ["gcc", *(["clang"] if shutil.which("clang") else [])]
 def written(folder: Path, design: Design) -> Path:
     """The package of ``design`` in ``folder``."""
     texts = {**register_files(design), **driver_files(design), f"{design.name}.json": json.dumps(sidecar(design))}
-    for name, text in texts.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
+    write(folder, texts)
     return folder
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.codegen.cocotb_run import outcome
+from tests.codegen.package.made import write
 from tests.marks import long
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
@@ -65,9 +66,7 @@ def simulated(
         "coefficients": [] if loaded is None else loaded.ravel().tolist(),
         "results": words.tolist(),
     }
-    for name, text in {**texts, "world.json": json.dumps(world)}.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
+    write(folder, {**texts, "world.json": json.dumps(world)})
     top = module_name(design)
     return str(outcome("tests.codegen.package.bridge", simulator, folder, top, "axi.v", "core.v"))
 

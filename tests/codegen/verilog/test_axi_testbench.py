@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.codegen.package.made import PARALLEL
+from tests.codegen.package.made import PARALLEL, write
 from tests.codegen.package.test_simulated import DESIGN
 from tests.codegen.test_generate import DESIGNS, EXAMPLES, PRESETS, change_word, few_frames, run_testbench
 from tests.marks import long
@@ -32,10 +32,7 @@ def folder_of(design: Design, folder: Path) -> Path:
     name = design.name
     with few_frames():
         texts = files(design) | {f"testbench/{name}_axi_tb.v": axi_testbench(design)}
-    texts[f"{name}_axi.v"] = wrapper_verilog(design)
-    for file, text in texts.items():
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        (folder / file).write_text(text)
+    write(folder, texts | {f"{name}_axi.v": wrapper_verilog(design)})
     return folder
 
 
