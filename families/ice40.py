@@ -34,7 +34,7 @@ FAMILY = Family(
     gateware={"store": "SB_SPRAM256KA"},
     gates=Gates("synth_ice40 -dsp -device u -top {top}", macros=("NO_ICE40_DEFAULT_ASSIGNMENTS",)),
     board=Board("icebreaker", 12_000_000, inverted=True, files=("icebreaker.pcf", "build.sh")),
-    project=("icestorm", {"yosys_synth_options": ["-dsp", "-spram", "-device", "u", "-no-rw-check"]}),
+    project=("icestorm", {"yosys_synth_options": ["-dsp", "-spram", "-device", "u"]}),
 )
 
 TARGETS = (

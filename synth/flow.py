@@ -1,8 +1,6 @@
 """Synthesis, place and route, bitstream: runs each tool once, in one directory, and reads its results."""
 
 import json
-import re
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,17 +11,14 @@ from tfra.families import Family, Target
 from tfra.families.hierarchy import block_of
 from tfra.runtime.processes import ToolError
 from tfra.synth.estimate import tally
-from tfra.synth.placement import is_constant, place
-from tfra.synth.tools import YOSYS, StoppedError, has, run
+from tfra.synth.nextpnr import is_constant, place
+from tfra.synth.nextpnr import route as route_placed
+from tfra.synth.tools import YOSYS, has, run
 
 NETLIST = "netlist.json"
-_RTLIL, _CELLS = "core.il", "cells.json"
+_CELLS = "cells.json"
+_READ = {".v": "read_verilog", ".il": "read_rtlil"}
 _CONSTRAINTS = "pins.lpf"
-_PATIENCE, _MARGIN, _LOWER, _AIMS = 100, 1.01, 0.985, 12
-"""Rounds without progress after which nextpnr's router is stopped; its first aim as a share of what is asked for, since
-the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before,
-and how many there are."""
-_ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 
@@ -59,45 +54,46 @@ class Route:
     path: CriticalPath
 
 
-def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthesis:
-    """Map ``rtlil`` to ``target``'s cells; leaves ``NETLIST`` and a log.  Raises :class:`ToolError`.
+def synthesise(modules: Mapping[str, str], target: Target, directory: Path) -> Synthesis:
+    """Map ``modules`` to ``target``'s cells; leaves ``NETLIST`` and a log.  Raises :class:`ToolError`.
 
+    ``modules``: texts of Verilog files (``.v``) or RTLIL (``.il``), and of files that these read, by their names; the
+    last one is that of the top module.
     yosys' ABC9 aborts without a word on some netlists (YoWASP/yosys issue 29); those are mapped by ABC.
     """
-    (directory / _RTLIL).write_text(rtlil)
+    for name, text in modules.items():
+        (directory / name).write_text(text)
+    *_, top = (Path(name).stem for name in modules)
+    read = "; ".join(f"{_READ[suffix]} {name}" for name in modules if (suffix := Path(name).suffix) in _READ)
     mapper, family = "default", target.family
     try:
-        _yosys(family.synthesis.format(top=top), directory)
+        _yosys(f"{read}; {family.synthesis.format(top=top)}", directory)
     except ToolError:
         end = (directory / _YOSYS_LOG).read_text(errors="replace")[-1000:]
         if not family.fallback or "Executing ABC9" not in end:
             raise
         mapper = "abc"
-        _yosys(family.fallback.format(top=top), directory)
+        _yosys(f"{read}; {family.fallback.format(top=top)}", directory)
     cells: dict[str, int] = json.loads((directory / _CELLS).read_text())["design"]["num_cells_by_type"]
     if family.prepare:
         netlist = json.loads((directory / NETLIST).read_text())
         for kind, added in family.prepare(netlist, top, target.floor).items():
             cells[kind] = cells.get(kind, 0) + added
         (directory / NETLIST).write_text(json.dumps(netlist))
-    for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
+    for leftover in (*modules, _CELLS, _YOSYS_ERRORS):
         (directory / leftover).unlink()
     resources = {name: round(number) for name, number in tally(cells, family).items()}
     return Synthesis(resources, cells, mapper)
 
 
 def _yosys(commands: str, directory: Path) -> None:
-    script = f"read_rtlil {_RTLIL}; {commands}; write_json {NETLIST}; tee -q -o {_CELLS} stat -json"
+    script = f"{commands}; write_json {NETLIST}; tee -q -o {_CELLS} stat -json"
     # Of what yosys prints, only errors are sure to be complete when it fails.
     run(YOSYS, [*STRICT, "-q", "-l", _YOSYS_LOG, "-p", script], directory, _YOSYS_ERRORS)
 
 
 def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
-    """Place and route ``NETLIST`` with ``seed``; leaves logs, a report and a layout.  Raises :class:`ToolError`.
-
-    nextpnr routes slow paths again until none is slower than its aim, a little above ``clock_mhz``, without an end if
-    that can't be: then its router starts again with a lower aim, on the same placement.
-    """
+    """Place and route ``NETLIST`` with ``seed``; leaves logs, a report and a layout.  Raises :class:`ToolError`."""
     name, tool = f"seed{seed}", target.family.place_and_route
     assert tool
     words = [*target.device, *target.speed, *options(target.family), "--timing-allow-fail"]
@@ -106,28 +102,19 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
         words += [word.format(file=_CONSTRAINTS) for word in tool.constrained]
     layout = [word.format(file=f"{name}.layout") for word in tool.layout]
     written = [*layout, "--report", f"{name}.json", "--seed", str(seed)]
+
+    def nextpnr(arguments: Sequence[str], log: str, hopeless: Callable[[str], bool]) -> None:
+        run(tool.program, arguments, directory, log, hopeless)
+
     if not tool.stages:
         aim = clock_mhz
         run(tool.program, [*words, *written, "--json", NETLIST, "--freq", str(aim)], directory, f"{name}.log")
     else:
         refined = options(target.family) != list(tool.routing)  # by slack, which ends well or badly by chance
-        placed = place(tool.program, words, NETLIST, directory, seed, clock_mhz, free=tool.free, several=refined)
-        aim = _route(tool.program, [*words, *written, "--json", placed], directory, f"{name}.log", clock_mhz)
+        placed = place(nextpnr, words, NETLIST, directory, seed, clock_mhz, free=tool.free, several=refined)
+        aim = route_placed(nextpnr, [*words, *written, "--json", placed], f"{name}.log", clock_mhz)
         (directory / placed).unlink()
     return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)
-
-
-def _route(program: str, words: Sequence[str], directory: Path, log: str, clock_mhz: float) -> float:
-    """Route a placed netlist with nextpnr's options ``words``; returns the aim at which the router came to an end."""
-    for left in reversed(range(_AIMS)):
-        aim = clock_mhz * _MARGIN * _LOWER ** (_AIMS - 1 - left)
-        try:
-            run(program, [*words, "--no-pack", "--no-place", "--freq", str(aim)], directory, log, stall())
-            break
-        except StoppedError:
-            if not left:
-                raise
-    return aim
 
 
 def options(family: Family) -> list[str]:
@@ -135,22 +122,6 @@ def options(family: Family) -> list[str]:
     if not (tool := family.place_and_route):
         return []
     return [*tool.routing, *(tool.threaded if tool.threaded and has(tool.program, tool.threaded[0]) else ())]
-
-
-def stall() -> Callable[[str], bool]:
-    """Asked about the lines of nextpnr's router one by one, tells whether it makes no more progress."""
-    best, rounds = (sys.maxsize, sys.maxsize), 0
-
-    def hopeless(line: str) -> bool:
-        """Overused wires count first, then paths that are too slow."""
-        nonlocal best, rounds
-        if found := _ROUND.search(line):
-            now = (int(found[1]), int(found[2]))
-            rounds = 0 if now < best else rounds + 1
-            best = min(now, best)
-        return rounds >= _PATIENCE
-
-    return hopeless
 
 
 def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float) -> Route:

@@ -11,7 +11,7 @@ from typing import Any
 
 from tfra import codegen, families, hdl, model, runtime, synth
 from tfra.codegen.sidecar.build import sidecar
-from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collisions
+from tfra.codegen.verilog.emit import run_yosys, to_verilog
 from tfra.families import FAMILIES, Family
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
@@ -47,9 +47,9 @@ def _synthesise(design: Design, family: Family) -> Files:
     assert family.gates
     commands = family.gates.synthesis.format(top=design.name)
     with scratch(temporary()) as place:
-        (place / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
+        (place / "core.v").write_text(to_verilog(design))
         try:
-            run_yosys(f"read_rtlil core.il; {commands}; write_json core.json", place)
+            run_yosys(f"read_verilog core.v; {commands}; write_json core.json", place)
             netlist = json.loads((place / "core.json").read_text())
             if family.prepare:
                 family.prepare(netlist, design.name, None)

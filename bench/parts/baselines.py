@@ -16,6 +16,7 @@ from amaranth import Const, Value
 
 from bench.publish import ROOT
 from tfra.codegen.verilog.emit import to_rtlil
+from tfra.codegen.verilog.files import modules
 from tfra.families import find
 from tfra.hdl.parallel.cordic import Cordic
 from tfra.model.choices import Architecture
@@ -24,7 +25,6 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import route, synthesise
 from tfra.synth.report import clock_facts, median_route, resource_facts
-from tfra.synth.run import netlist
 from tfra.synth.tools import versions
 
 FOLDER = ROOT / "bench" / "baselines"
@@ -42,19 +42,18 @@ def core(rows: int, columns: int, mac: int) -> Design:
     return TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name="core", architecture=Architecture(mac))
 
 
-def cordic() -> str:
+def cordic() -> dict[str, str]:
     """One block, whose output never waits: a constant is no port."""
     block = Cordic(SMALL)
     members = (Value.cast(value) for _, _, value in block.signature.flatten(block))
-    return to_rtlil(block, "cordic", [value for value in members if not isinstance(value, Const)])
+    return {"cordic.il": to_rtlil(block, "cordic", [value for value in members if not isinstance(value, Const)])}
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What is measured: RTLIL and its top module, on a target, with seeds 1 to ``seeds``; none: yosys alone."""
+    """What is measured: modules, on a target, with seeds 1 to ``seeds``; none: yosys alone."""
 
-    text: Callable[[], str]
-    top: str
+    modules: Callable[[], Mapping[str, str]]
     target: str
     seeds: int
 
@@ -62,10 +61,10 @@ class Subject:
 SMALL, LARGE = core(4, 4, 4), core(10, 10, 16)
 
 SUBJECTS = {
-    "cordic": Subject(cordic, "cordic", "ecp5-25", 1),
-    "small_cells": Subject(lambda: netlist(SMALL, find("ecp5-25")), SMALL.name, "ecp5-25", 0),
-    "small": Subject(lambda: netlist(SMALL, find("ecp5-45")), SMALL.name, "ecp5-45", 3),
-    "large_cells": Subject(lambda: netlist(LARGE, find("ecp5-85")), LARGE.name, "ecp5-85", 0),
+    "cordic": Subject(cordic, "ecp5-25", 1),
+    "small_cells": Subject(lambda: modules(SMALL, package=False, pins=True), "ecp5-25", 0),
+    "small": Subject(lambda: modules(SMALL, package=False, pins=True), "ecp5-45", 3),
+    "large_cells": Subject(lambda: modules(LARGE, package=False, pins=True), "ecp5-85", 0),
 }
 """By name; the first is small enough for a test, the second takes a minute, the others are for ``make baselines``."""
 
@@ -74,7 +73,7 @@ def measure(subject: Subject) -> dict[str, Any]:
     """The parts of a report that :func:`compare` looks at."""
     target = find(subject.target)
     with tempfile.TemporaryDirectory() as folder:
-        synthesis = synthesise(subject.text(), subject.top, target, Path(folder))
+        synthesis = synthesise(subject.modules(), target, Path(folder))
         routes = [route(target, Path(folder), seed, target.clock_mhz) for seed in range(1, subject.seeds + 1)]
     used = median_route(routes).resources if routes else synthesis.resources
     return {

@@ -21,6 +21,7 @@ from scipy.optimize import nnls
 
 from bench.publish import ROOT
 from tfra.codegen.config.read import load
+from tfra.codegen.verilog.files import modules
 from tfra.families import Family, Target, find
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
@@ -29,7 +30,6 @@ from tfra.model.sensor import SensorArray
 from tfra.synth.cell_count import CellCount, cell_counts
 from tfra.synth.estimate import KINDS, Prices, features, price
 from tfra.synth.flow import NETLIST, synthesise
-from tfra.synth.run import netlist
 from tfra.synth.tools import run, versions
 
 
@@ -118,7 +118,7 @@ def measure(subject: Design, grid: Grid) -> dict[str, Any]:
     target = grid.target
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        found = dict(synthesise(netlist(subject, target), subject.name, target, folder).resources)
+        found = dict(synthesise(modules(subject, package=False, pins=True), target, folder).resources)
         if grid.packed:
             tool = target.family.place_and_route
             assert tool

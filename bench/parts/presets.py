@@ -1,42 +1,58 @@
-"""The presets on their parts: a table of what ``tfra synth`` has reported.
+"""The presets on their parts: the table of what ``tfra synth`` has reported, which datasheets read, too.
 
 ``python -m bench.parts.presets DIRECTORY ...`` reads the ``report.json`` of every directory that ``tfra synth PRESET
---out`` wrote, stores what the table needs in ``bench/results/presets.json`` beside what was there of other presets,
-parts and tools, and writes the table in docs/measured.md.  It measures nothing itself: place and route takes minutes to
-hours.
+--out`` wrote, with ``--package`` or without, stores what is needed of it in ``codegen/package/measured.json``, and
+writes the table in docs/measured.md.  It measures nothing itself: place and route takes minutes to hours.  Of Verilog
+that is not that of the presets any more, nothing is kept.
 """
 
 import json
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from bench.publish import ROOT, publish
+from bench.publish import ROOT, insert
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.files import fingerprint, modules
 from tfra.synth.run import SIDECAR
 
 PUBLISHED_MS = (58.68, 32.28)
 """Time of a frame on SpTFRA's FPGA (doi:10.3390/s24237829), and the longest of TFRA in Matlab."""
-KEYS = ("name", "target", "architecture", "mac_lanes", "resources", "clock", "timing", "tools", "options")
+MEASURED = ROOT / "codegen" / "package" / "measured.json"
+KEYS = ("name", "package", "netlist", "target", "mac_lanes", "resources", "clock", "timing", "tools", "options")
 
 
-def row(found: dict[str, Any]) -> str:
+def rows() -> list[dict[str, Any]]:
+    """What is stored: one of each module on each part."""
+    found: list[dict[str, Any]] = json.loads(MEASURED.read_text())
+    return found
+
+
+@cache
+def netlist(preset: str, *, package: bool) -> str:
+    """The fingerprint of a preset's Verilog, as it is now."""
+    design = load(ROOT / "examples" / f"{preset}.toml").design
+    return fingerprint(modules(design, package=package, pins=False).values())
+
+
+def line(found: dict[str, Any]) -> str:
     """Markdown of one preset on one part."""
     used = " | ".join(f"{found['resources'][key]['used']:,}" for key in ("LUT", "FF", "DSP", "BRAM"))
-    clock, times = found["clock"], found["timing"]
-    ratios = " | ".join(f"1/{1e3 * ms / times['frame_latency_us']:,.0f}" for ms in PUBLISHED_MS)
+    times = found["timing"]
     cells = [
         f"`{found['name']}`",
         found["target"],
         str(found["mac_lanes"]),
         used,
-        frequency(clock),
+        frequency(found["clock"]),
         f"{times['latency_cycles']:,}",
         f"{times['interval_cycles']:,}",
         f"{times['latency_us']:,.1f} µs",
+        f"{times['cut_through_us']:,.1f} µs" if found["package"] else "",
         f"{times['frame_latency_us']:,.1f} µs",
         f"{times['frames_per_second']:,.0f}",
-        ratios,
-        tool(found),
+        *(f"1/{1e3 * ms / times['frame_latency_us']:,.0f}" for ms in PUBLISHED_MS),
     ]
     return f"| {' | '.join(cells)} |"
 
@@ -49,29 +65,33 @@ def frequency(clock: dict[str, Any]) -> str:
     return f"{median} ({clock['lowest_mhz']:.1f}–{clock['highest_mhz']:.1f}, {len(seeds)})"
 
 
-def tool(found: dict[str, Any]) -> str:
-    """Who placed and routed: a native program where its version is listed, else PyPI's."""
-    name = "nextpnr-ecp5" if found["target"].startswith("ecp5") else "nextpnr-ice40"
-    who, version = next((n, found["tools"][n]) for n in (name, f"yowasp-{name}") if n in found["tools"])
-    return f"{who} {version.partition('+')[0]}"
+def table() -> str:
+    """Markdown of all rows, and the tools of them."""
+    head = [
+        "| module | part | MAC lanes | LUT | FF | DSP | BRAM | MHz (lowest–highest, seeds) | first word, cycles "
+        "| interval, cycles | first word | cut through | last word | frames/s | "
+        + " | ".join(f"of {ms:g} ms" for ms in PUBLISHED_MS)
+        + " |",
+        "|---|---|" + "---:|" * 14,
+    ]
+    tools = {f"{name} {version}" for found in rows() for name, version in found["tools"].items()}
+    return "\n".join([*head, *map(line, rows()), "", f"By {', '.join(sorted(tools))}."])
 
 
 def main(directories: list[str]) -> None:
     """Read, store, publish."""
-    path = ROOT / "bench" / "results" / "presets.json"
-    record = json.loads(path.read_text()) if path.exists() else {}
+    found = {(row["name"], row["target"]): row for row in rows()}
     for directory in directories:
         report = json.loads((Path(directory) / SIDECAR).read_text())
-        record["{name} {target} ".format(**report) + tool(report)] = {key: report[key] for key in KEYS}
-    lines = [
-        "| preset | part | MAC lanes | LUT | FF | DSP | BRAM | MHz (lowest–highest, seeds) | first word, cycles "
-        "| interval, cycles | first word | last word | frames/s | "
-        + " | ".join(f"of {ms:g} ms" for ms in PUBLISHED_MS)
-        + " | placed and routed by |",
-        "|---|---|" + "---:|" * 13 + "---|",
-        *(row(record[key]) for key in sorted(record)),
-    ]
-    publish("presets", record, "\n".join(lines))
+        found[report["name"], report["target"]] = {key: report[key] for key in KEYS}
+    kept = [row for _, row in sorted(found.items()) if row["netlist"] == current(row)]
+    MEASURED.write_text(json.dumps(kept, indent=1) + "\n")
+    insert("presets", table())
+
+
+def current(row: dict[str, Any]) -> str:
+    """The fingerprint of a row's preset."""
+    return netlist(row["name"].removesuffix("_axi"), package=row["package"])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """What every writer of a package's files reads."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,6 +10,7 @@ from typing import Any
 
 from tfra.codegen.registers.files import VENDOR
 from tfra.codegen.registers.source import registers_of
+from tfra.codegen.verilog.files import fingerprint
 from tfra.codegen.verilog.wrapper import module_name
 from tfra.families import Target
 from tfra.hdl.bus.map import RegisterMap
@@ -16,6 +18,9 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
+
+_MEASURED = files("tfra.codegen.package").joinpath("measured.json")
+"""Reports of ``tfra synth``, shortened: written by ``bench.parts.presets``."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +34,10 @@ class Part:
     resources: Mapping[str, tuple[int, int]]
     basis: str
 
-    def microseconds(self, cycles: int) -> float:
-        """Time of ``cycles`` at the target's default clock."""
-        return cycles / self.target.clock_mhz
+    @property
+    def fits(self) -> bool:
+        """Whether the part has room for it."""
+        return all(used <= there for used, there in self.resources.values())
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,23 @@ class Contents:
         found = {*self.core.cell_models, *cell_models(self.design.target, "multiplier", "rom")}
         return {f"testbench/{file.name}": file.read_text() for file in sorted(found)}
 
+    @cached_property
+    def measured(self) -> Mapping[str, Any] | None:
+        """What place and route of just this Verilog has given on this part; None if it was not run."""
+        core = [self.texts[name] for name in [self.rtl[0], *self.images] if name in self.texts]
+        behind = [*core, self.texts.get(self.rtl[1], "")]
+        rows = [row for row in json.loads(_MEASURED.read_text("utf-8")) if row["target"] == self.part.target.name]
+        return next((row for each in (behind, core) for row in rows if row["netlist"] == fingerprint(each)), None)
+
+    @property
+    def clock_mhz(self) -> float:
+        """The clock of times: as measured, else the target's default."""
+        return float(self.measured["clock"]["median_mhz"]) if self.measured else self.part.target.clock_mhz
+
+    def microseconds(self, cycles: int) -> float:
+        """Time of ``cycles``."""
+        return cycles / self.clock_mhz
+
     def fill(self, file: str, **values: object) -> str:
         """The ``file`` of ``templates`` with ``values`` and those of all templates for its placeholders."""
         target, version = self.part.target, self.facts["generator"].rpartition(" ")[2]
@@ -92,8 +115,8 @@ class Contents:
             "computes": self.facts["computes"],
             "images": " ".join(self.images),
             "part": target.name,
-            "mhz": f"{target.clock_mhz:g}",
-            "period": f"{1000 / target.clock_mhz:.3f}",
+            "mhz": f"{self.clock_mhz:.1f}",
+            "period": f"{1000 / self.clock_mhz:.3f}",
         }
         return Template(template(file)).substitute(common | values)
 

@@ -92,7 +92,7 @@ def _counted(contents: Contents) -> str:
 
 def _cycles(contents: Contents) -> Table:
     """Latency and interval, in cycles and µs at the part's clock."""
-    core, part = contents.core, contents.part
+    core = contents.core
     first, last, most_first, most_last = latencies(core)
     cut_first, cut_last = cut_through(core)
     numbers = {
@@ -106,8 +106,38 @@ def _cycles(contents: Contents) -> Table:
         "core alone: from its last taxel to its first result word": core.latency,
         "core alone: from its last taxel to its last result word": core.frame_latency,
     }
-    rows = [(text, number, f"{part.microseconds(number):,.2f}") for text, number in numbers.items()]
-    return Table("Cycles", ("", "cycles", f"µs at {part.target.clock_mhz:g} MHz"), rows)
+    rows = [(text, number, f"{contents.microseconds(number):,.2f}") for text, number in numbers.items()]
+    return Table("Cycles", ("", "cycles", f"µs at {contents.clock_mhz:.1f} MHz"), rows)
+
+
+def _resources(contents: Contents) -> Table:
+    """What the part has, and what is taken of it: as placed if that was measured, and as estimated."""
+    measured = contents.measured
+    head = ["", contents.part.target.name, "estimate for core and wrapper"]
+    rows = [[name, have, used, f"{used / have:.0%}"] for name, (used, have) in contents.part.resources.items()]
+    if measured:
+        head += ["", f"placed: {measured['name']}"]
+        used = {name: row["used"] for name, row in measured["resources"].items()}
+        rows = [[*row, used[row[0]], f"{used[row[0]] / row[1]:.0%}"] for row in rows]
+    return Table("Resources", (*head, ""), rows)
+
+
+def _placed(contents: Contents) -> str:
+    """How the clock is known, and how it is measured again."""
+    found = contents.measured
+    if found is None:
+        return (
+            f"This core was not placed: {contents.clock_mhz:g} MHz are what cores of its kind reach."
+            " <code>python3 netlist/place.py</code> places it."
+        )
+    tools = ", ".join(f"{name} {version}" for name, version in found["tools"].items())
+    seeds, asked = found["clock"]["seeds"], found["clock"]["asked_mhz"]
+    speeds = ", ".join(f"{each['mhz']:.1f} MHz (seed {each['seed']})" for each in seeds)
+    return (
+        f"<code>{found['name']}</code> was placed and routed by {tools}, with a register and a pin at each port:"
+        f" {speeds}. <code>python3 netlist/place.py SEED {asked:g}</code> repeats it."
+        " The median is the clock of this page; in another place, among other logic, it can be less."
+    )
 
 
 def accuracy(design: Design) -> tuple[int, Table]:
@@ -133,8 +163,6 @@ def datasheet(contents: Contents) -> dict[str, str]:
     count, accuracies = accuracy(contents.design)
     rules, bits = contents.facts["rules"].items(), contents.design.status_bits
     status = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in bits]
-    parts = contents.part.resources.items()
-    resources = [(name, used, total, f"{100 * used / total:.0f} %") for name, (used, total) in parts]
     values: dict[str, object] = {
         **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in _waves().items()},
         "wrapper_ports": _ports("Ports of the wrapper", ports_of(contents.design)),
@@ -143,7 +171,9 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "status_bits": Table("Status", ("bit", "name", "meaning"), status, (0, 1, 2)),
         "example": _example(contents.design),
         "cycles": _cycles(contents),
-        "resources": Table("Resources", ("", "core and wrapper", contents.part.target.name, ""), resources),
+        "resources": _resources(contents),
+        "placed": _placed(contents),
+        "basis": escape(contents.part.basis),
         "counted": _counted(contents),
         "registers": register_table(contents.registers),
         "errors": accuracies,
@@ -164,7 +194,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
 
 def _numbers(contents: Contents) -> dict[str, object]:
     """Numbers and names of the page's sentences."""
-    facts, design, part = contents.facts, contents.design, contents.part
+    facts, design = contents.facts, contents.design
     taxels, slots = design.sensor.taxels, design.bus.taxels_per_beat
     first, last, most, _ = latencies(contents.core)
     forces = next((field.count for field in design.layout if field.name == "forces"), 0)
@@ -184,10 +214,9 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "short_beats": HEADER_WORDS + design.frame_words - forces,
         "word_bytes": WORD_BYTES,
         "answer_cycles": AxiLite.latency,
-        "basis": escape(part.basis),
-        "rate": f"{1e6 * part.target.clock_mhz / interval(contents.core):,.0f}",
-        "first_us": f"{part.microseconds(first):,.1f}",
-        "most_us": f"{part.microseconds(most):,.1f}",
+        "rate": f"{1e6 / contents.microseconds(interval(contents.core)):,.0f}",
+        "first_us": f"{contents.microseconds(first):,.1f}",
+        "most_us": f"{contents.microseconds(most):,.1f}",
         "apart": f"{last:,}",
         "shortest": f"{min(contents.core.intervals):,}",
         "longest": f"{max(contents.core.intervals):,}",

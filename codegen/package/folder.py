@@ -13,7 +13,7 @@ from tfra.codegen.package.contents import Contents, Part
 from tfra.codegen.package.datasheet import datasheet
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.package.ipxact import ipxact
-from tfra.codegen.package.rules import rules
+from tfra.codegen.package.rules import placed, rules
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.source import parameters
 from tfra.codegen.sidecar.build import LOADED
@@ -170,6 +170,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: driver_files(contents.design),
     lambda contents: contents.cells,
     rules,
+    placed,
     boards,
     constraints,
     vivado,

@@ -37,6 +37,7 @@ Pins of a device's cells that nothing is connected to are 0.
 """
 
 _INITIALISED = re.compile(r"^(  reg (?:signed )?(?:\[\d+:\d+\] )?(\w+)) = (.*;)$", re.M)
+_MEMORY = re.compile(r"^  (?=reg (?:signed )?(?:\[\d+:0\] )?\w+ \[\d+:0\];$)", re.M)
 _PROBE = re.compile(r"^(  wire (?:\[\d+:0\] )?probe_\w+);$", re.M)
 
 _LINT_OFF = {
@@ -165,6 +166,7 @@ def plain_verilog(rtlil: str, top: str, order: Sequence[str] = (), models: Itera
     if order:
         text = re.sub(rf"^module {top}\(.*?\);", f"module {top}({', '.join(order)});", text, count=1, flags=re.M)
     text = _INITIALISED.sub(r"\1;\n  initial \2 = \3", text)
+    text = _MEMORY.sub("  (* no_rw_check *) ", text)
     text = _PROBE.sub(r"\1 /* verilator public_flat_rd */;", text)
     rules = _LINT_OFF | (_LINT_OFF_FOR_CELLS if cells else {})
     off = "".join(f"/* verilator lint_off {rule} */  // {reason}\n" for rule, reason in rules.items())

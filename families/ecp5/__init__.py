@@ -25,7 +25,8 @@ FAMILY = Family(
     name="ecp5",
     title="ECP5",
     lut="LUT4",
-    synthesis="synth_ecp5 -top {top}",
+    # The last step but for ABC's names is left out: its check reads modules anew that are flat by then, and fails.
+    synthesis="synth_ecp5 -top {top} -run begin:check; autoname; blackbox =A:whitebox",
     cells={
         "LUT": {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6},
         "FF": {"TRELLIS_FF": 1},
@@ -35,7 +36,8 @@ FAMILY = Family(
     memory=BlockMemory(16384, (36, 18, 9, 4, 2, 1)),
     distributed=True,
     multiplier=HardMultiplier((18, 18), shortest=(2, 4)),
-    fallback="synth_ecp5 -top {top} -run begin:map_luts; abc -dress -lut 4:7; synth_ecp5 -top {top} -run map_cells:",
+    fallback="synth_ecp5 -top {top} -run begin:map_luts; abc -dress -lut 4:7;"
+    " synth_ecp5 -top {top} -run map_cells:check; autoname; blackbox =A:whitebox",
     prepare=prepare,
     rules=tuple(f"tfra.families.{name}" for name in ("hierarchy", "ecp5.registers", "ecp5.copies", "ecp5.floorplan")),
     registers=True,
@@ -64,7 +66,7 @@ FAMILY = Family(
     gateware={"multiplier": "MULT18X18D", "rom": "DP16KD"},
     gates=Gates("synth_ecp5 -top {top}", unreadable=("TRELLIS_COMB",)),
     board=Board("ulx3s", 25_000_000, inverted=False, files=("ulx3s.lpf", "build.sh")),
-    project=("trellis", {"yosys_synth_options": ["-no-rw-check"]}),
+    project=("trellis", {}),
 )
 
 _PARTS = {

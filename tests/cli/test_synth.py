@@ -16,9 +16,10 @@ from tests.marks import long
 from tfra.cli import common
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
+from tfra.codegen.verilog.files import fingerprint
 from tfra.families import TARGETS, Target, find
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.ip.wrapper import interval, latencies
+from tfra.hdl.ip.wrapper import cut_through, interval, latencies
 from tfra.model.fixed.design import Design
 from tfra.runtime.ownership import MANIFEST
 from tfra.runtime.processes import Stopped
@@ -49,16 +50,16 @@ def once(make: Callable[..., Any]) -> Callable[..., Any]:
     """The same, made once for each design and each part or family: elaborating takes seconds."""
     made: dict[tuple[Any, ...], Any] = {}
 
-    def get(design: Design, where: Any, **options: Any) -> Any:
-        key = design, where.name, *options.values()
+    def get(design: Design, *where: Any, **options: Any) -> Any:
+        key = design, *(each.name for each in where), *options.values()
         if key not in made:
-            made[key] = make(design, where, **options)
+            made[key] = make(design, *where, **options)
         return made[key]
 
     return get
 
 
-ESTIMATE, NETLIST = once(estimate), once(flow.netlist)
+ESTIMATE, MODULES = once(estimate), once(flow.modules)
 
 
 @pytest.fixture
@@ -68,9 +69,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "cache"))  # the tools' answers are not true
     Path("skin.toml").write_text(CONFIG)
 
-    def synthesise(text: str, top: str, target: Target, directory: Path) -> Synthesis:
+    def synthesise(modules: dict[str, str], target: Target, directory: Path) -> Synthesis:
         (directory / "netlist.json").write_text("{}")
-        assert f"module \\{top}" in text
+        assert all(f"\nmodule {file.removesuffix('.v')}(" in text for file, text in modules.items())
         return Synthesis(dict.fromkeys(target.resources, 3), {"LUT4": 3}, "default")
 
     def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
@@ -82,7 +83,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (directory / f"{name}.bit").write_text(str(seed))
         return f"{name}.bit"
 
-    stand_ins = {"synthesise": synthesise, "route": route, "pack": pack, "estimate": ESTIMATE, "netlist": NETLIST}
+    stand_ins = {"synthesise": synthesise, "route": route, "pack": pack, "estimate": ESTIMATE, "modules": MODULES}
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(flow, name, stand_in)
     return tmp_path
@@ -146,14 +147,15 @@ def test_behind_its_buses(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     times = [found["timing"][f"{name}_cycles"] for name in ("latency", "frame_latency", "interval")]
     assert times == [*latencies(core)[:2], interval(core)]
     assert times[0] > core.latency + design.sensor.taxels
-    assert "estimates are those of the core, without its wrapper" in Path("fpga/report.txt").read_text()
-    text = NETLIST(design, find("ecp5-85"), package=True)
-    assert {"\\skin", "\\skin_axi", "\\skin_axi.top"} <= set(re.findall(r"^module (\S+)$", text, re.M))
-    top = text.partition("module \\skin_axi\n")[2].partition("\nend\n")[0]
-    ports = re.findall(r"^  wire width (\d+) (?:input|output) \d+ +\\(\w+)$", top, re.M)
-    assert {bits for bits, _ in ports} == {"1"}
-    assert {"shift", "clk", "rst", "irq"} <= {name for _, name in ports}
-    assert not {"aclk", "aresetn"} & {name for _, name in ports}
+    assert found["timing"]["cut_through_cycles"] == cut_through(core)[0]
+    assert "CONTROL.cut_through" in Path("fpga/report.txt").read_text()
+    modules = MODULES(design, package=True, pins=True)
+    assert found["netlist"] == fingerprint([modules["skin.v"], "// a comment\n" + modules["skin_axi.v"]])
+    assert list(modules) == ["skin.v", "skin_axi.v", "skin_axi_pins.v"]
+    top = modules["skin_axi_pins.v"].partition("module skin_axi_pins(")[2]
+    ports = set(re.findall(r"^  (?:input|output) (\w+);$", top, re.M))
+    assert set(re.split(r"\W+", top.partition(");")[0])) == ports > {"shift", "clk", "rst", "irq"}
+    assert not {"aclk", "aresetn"} & ports
 
 
 def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,17 +5,17 @@ from pathlib import Path
 import pytest
 
 from tfra.codegen.verilog.emit import to_rtlil
+from tfra.codegen.verilog.pins import Pins
 from tfra.families import find
 from tfra.hdl.primitives import Multiplier
 from tfra.synth.flow import pack, route, synthesise
-from tfra.synth.pins import Pins
 
 
 @pytest.mark.long
 def test_a_multiplier_of_logic(tmp_path: Path) -> None:
     """It has no hard multiplier, and a frequency with the delay of its logic in it."""
     target = find("gatemate-a1")
-    made = synthesise(to_rtlil(Pins(Multiplier(18, 18, "portable")), "times"), "times", target, tmp_path)
+    made = synthesise({"times.il": to_rtlil(Pins(Multiplier(18, 18, "portable")), "times")}, target, tmp_path)
     assert made.cells["CC_MULT"] == 1
     assert set(made.resources) == {"LUT", "FF", "BRAM"}
     routed = route(target, tmp_path, 1, target.clock_mhz)

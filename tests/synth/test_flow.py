@@ -12,8 +12,9 @@ from tfra.codegen.verilog.emit import run_yosys
 from tfra.families import DEFAULT, find
 from tfra.runtime.errors import InputError
 from tfra.synth.estimate import tally
-from tfra.synth.flow import options, read_route, route, stall, synthesise
-from tfra.synth.tools import StoppedError, ToolError, require, run, versions
+from tfra.synth.flow import options, read_route, route, synthesise
+from tfra.synth.nextpnr import StoppedError, stall
+from tfra.synth.tools import ToolError, require, run, versions
 
 SAMPLE = json.loads((Path(__file__).parent / "data" / "nextpnr_5x5.json").read_text())
 """What nextpnr-ecp5 0.11.1 reported of a 5x5 core, shortened to the resources that are read."""
@@ -73,7 +74,8 @@ def test_a_wire_with_two_drivers_is_an_error(tmp_path: Path) -> None:
     text = f"module \\twice\n wire input 1 \\a\n wire output 2 \\q\n {cell} connect \\q 1'x\n end\n"
     for target in ("ice40up5k", "ecp5-25"):
         with pytest.raises(ToolError, match="conflict"):
-            synthesise(text, "twice", find(target), tmp_path)
+            synthesise({"twice.il": text}, find(target), tmp_path)
+    (tmp_path / "core.il").write_text(text)
     with pytest.raises(RuntimeError, match="conflict"):
         run_yosys("read_rtlil core.il; opt_clean", tmp_path)
     (tmp_path / "core.il").write_text(text.replace("connect \\q 1'x", ""))

@@ -35,8 +35,11 @@ ESTIMATED = Estimate(
 )
 
 
+STATED: Any = {"package": False, "netlist": "0123", "asked_mhz": 130.0}
+
+
 def made(routes: Sequence[Route] = ROUTES, seeds: int = 3) -> dict[str, Any]:
-    return report(DESIGN, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, seeds, package=False)
+    return report(DESIGN, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, seeds, **STATED)
 
 
 def test_numbers() -> None:
@@ -69,7 +72,7 @@ def test_text() -> None:
 
 
 def test_counts_alone() -> None:
-    found = report(DESIGN, find("xc7"), replace(SYNTHESIS, mapper="abc"), [], ESTIMATED, 0, package=False)
+    found = report(DESIGN, find("xc7"), replace(SYNTHESIS, mapper="abc"), [], ESTIMATED, 0, **STATED)
     assert found["clock"] is None
     assert "frames_per_second" not in found["timing"]
     assert found["resources"]["LUT"]["available"] is None

@@ -12,7 +12,7 @@ for file in ../../../$name.v ../top.v ../icebreaker.pcf; do cp "$$file" .; done
 for file in $images; do cp "../../../$$file" .; done
 # A warning of two drivers means wrong gates: yosys packs a register after a multiplier twice.
 "$$yosys" -q -e "Driver.* conflict" -l yosys.log \
-  -p "read_verilog $name.v top.v; synth_ice40 -dsp -spram -device u -no-rw-check -top top -json top.json"
+  -p "read_verilog $name.v top.v; synth_ice40 -dsp -spram -device u -top top -json top.json"
 "$$nextpnr" --up5k --package sg48 --json top.json --pcf icebreaker.pcf --asc top.asc --report report.json --log nextpnr.log -q
 "$$pack" top.asc top.bin
 echo "$$here/build/top.bin; load it with: openFPGALoader -b ice40_generic top.bin, or iceprog top.bin"

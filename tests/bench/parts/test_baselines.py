@@ -61,6 +61,6 @@ def test_one_block_through_all_tools() -> None:
 @pytest.mark.long
 def test_registers_are_as_small_as_the_page_says(tmp_path: Path) -> None:
     registers = Registers(register_map(parameters(load(ROOT / "examples" / "fast.toml").design)))
-    seen = synthesise(to_rtlil(registers, "registers"), "registers", find("ecp5-25-6"), tmp_path).resources
+    seen = synthesise({"registers.il": to_rtlil(registers, "registers")}, find("ecp5-25-6"), tmp_path).resources
     assert [seen["LUT"], seen["FF"]] == pytest.approx([561, 695], rel=0.05)
     assert "take 561 LUT and 695 FF of an ECP5" in (ROOT / "docs" / "registers.md").read_text()

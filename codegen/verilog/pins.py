@@ -1,10 +1,14 @@
 """Shift registers between a core's ports and one pin each: it fits small packages, and its paths end at registers."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from amaranth import Cat, ClockDomain, Module, Shape, Signal, Value
+from amaranth import Cat, ClockDomain, ClockSignal, Instance, Module, ResetSignal, Shape, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
+
+from tfra.codegen.sidecar.schema import Port
+from tfra.codegen.verilog.emit import FLOWS, plain_verilog, to_rtlil
 
 _DOMAIN = ("aclk", "aresetn")
 """Ports of a wrapper that are no words: its clock and its reset, which become ``clk`` and ``rst`` like a core's."""
@@ -43,3 +47,23 @@ class Pins(wiring.Component):
                 with m.If(self.shift):
                     m.d[self._domain] += register.eq(shifted)
         return m
+
+
+class _Foreign(wiring.Component):
+    """A module ``name`` from elsewhere with ``ports``; clock and reset of a core are those of the design."""
+
+    def __init__(self, name: str, ports: Sequence[Port]) -> None:
+        self._name, self._ports = name, ports
+        super().__init__({port.name: FLOWS[port.direction](port.bits) for port in ports if port.name not in _CLOCKED})
+
+    def elaborate(self, platform: Any) -> Instance:
+        signals = {name: signal() for name, signal in _CLOCKED.items()} | vars(self)
+        return Instance(self._name, **{f"{port.direction[0]}_{port.name}": signals[port.name] for port in self._ports})
+
+
+_CLOCKED = {"clk": ClockSignal, "rst": ResetSignal}
+
+
+def pins_verilog(name: str, ports: Sequence[Port]) -> str:
+    """Verilog of the module ``NAME_pins``: the module ``name`` of another file, which has ``ports``, behind pins."""
+    return plain_verilog(to_rtlil(Pins(_Foreign(name, ports)), f"{name}_pins"), f"{name}_pins")

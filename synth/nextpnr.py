@@ -1,15 +1,21 @@
-"""A placement that can be routed: the best of some, where how well one ends is chance."""
+"""Place and route by nextpnr in two runs: a placement that can be routed, and an aim that its router reaches.
+
+Whoever calls says how nextpnr is run.  It needs Python alone: packages have a copy, which their ``place.py`` uses.
+"""
 
 import json
 import os
 import re
+import sys
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from pathlib import Path
 
-from tfra.synth.tools import run
+Run = Callable[[Sequence[str], str, Callable[[str], bool]], None]
+"""Runs nextpnr with arguments, keeps its output in the file of a name, and raises :class:`StoppedError` once the
+function says of a line of it that there is no hope."""
 
 _MOST, _ENOUGH, _SEEDS = 8, 0.93, 100
 """Placements of a seed at most; the share of the aim that nextpnr expects of one that is good enough, since routing
@@ -20,10 +26,19 @@ _SETTINGS = ("router", "target_freq", "seed")
 """What a placed netlist would tell nextpnr instead of its options."""
 _CONSTANT = "$PACKER_"
 """How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
+_PATIENCE, _MARGIN, _LOWER, _AIMS = 100, 1.01, 0.985, 12
+"""Rounds without progress after which nextpnr's router is stopped; its first aim as a share of what is asked for, since
+the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before,
+and how many there are."""
+_ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
+
+
+class StoppedError(RuntimeError):
+    """nextpnr was stopped, since it would not have ended."""
 
 
 def place(
-    program: str,
+    run: Run,
     words: Sequence[str],
     netlist: str,
     directory: Path,
@@ -38,7 +53,7 @@ def place(
     Once or ``several`` times; with ``free``, options of another placer, once with either, or in turns.  That one
     begins, and hard blocks have no sites for it.  The first is taken of which nextpnr expects ``_ENOUGH`` of
     ``clock_mhz``, else the best.  First is meant in the order of seeds, not of time, so that the number of processors
-    changes nothing.  Raises :class:`tools.ToolError`.
+    changes nothing.
     """
     words = [*words, "--freq", str(clock_mhz), "--no-route"]
     if free:
@@ -50,7 +65,8 @@ def place(
     def once(turn: int) -> tuple[float, str]:
         file, log = f"placed{turn}.json", f"seed{seed}.place{turn}.log"
         more = ["--json", netlist] if turn % 2 or not free else [*free, "--json", _FREE]
-        run(program, [*words, *more, "--write", file, "--seed", str(seed + _SEEDS * turn)], directory, log)
+        more += ["--write", file, "--seed", str(seed + _SEEDS * turn)]
+        run([*words, *more], log, lambda line: False)
         return expected_mhz((directory / log).read_text(errors="replace")), file
 
     number, found = _MOST if several else 1 + bool(free), list[tuple[float, str]]()
@@ -69,6 +85,48 @@ def place(
     return best
 
 
+def _forget_settings(placed: Path) -> None:
+    """Leave ``_SETTINGS`` out of a placed netlist."""
+    netlist = json.loads(placed.read_text())
+    for module in netlist["modules"].values():
+        for setting in _SETTINGS:
+            module.get("settings", {}).pop(setting, None)
+    placed.write_text(json.dumps(netlist))
+
+
+def route(run: Run, words: Sequence[str], log: str, clock_mhz: float) -> float:
+    """Route a placed netlist with nextpnr's options ``words``; return the aim at which the router came to an end.
+
+    nextpnr routes slow paths again until none is slower than its aim, a little above ``clock_mhz``, without an end if
+    that can't be: then its router starts again with a lower aim.  Raises :class:`StoppedError` after the last one.
+    """
+    for left in reversed(range(_AIMS)):
+        aim = clock_mhz * _MARGIN * _LOWER ** (_AIMS - 1 - left)
+        try:
+            run([*words, "--no-pack", "--no-place", "--freq", str(aim)], log, stall())
+            break
+        except StoppedError:
+            if not left:
+                raise
+    return aim
+
+
+def stall() -> Callable[[str], bool]:
+    """Asked about the lines of nextpnr's router one by one, tells whether it makes no more progress."""
+    best, rounds = (sys.maxsize, sys.maxsize), 0
+
+    def hopeless(line: str) -> bool:
+        """Overused wires count first, then paths that are too slow."""
+        nonlocal best, rounds
+        if found := _ROUND.search(line):
+            now = (int(found[1]), int(found[2]))
+            rounds = 0 if now < best else rounds + 1
+            best = min(now, best)
+        return rounds >= _PATIENCE
+
+    return hopeless
+
+
 def expected_mhz(log: str) -> float:
     """The frequency that nextpnr's ``log`` of a placement ends with; 0 where it knows no clock."""
     found = re.findall(r"Max frequency for clock\s+'([^']+)': ([\d.]+) MHz", log)
@@ -78,12 +136,3 @@ def expected_mhz(log: str) -> float:
 def is_constant(clock: str) -> bool:
     """Whether nextpnr takes a constant net for this ``clock``."""
     return clock.startswith(_CONSTANT)
-
-
-def _forget_settings(placed: Path) -> None:
-    """Leave ``_SETTINGS`` out of a placed netlist."""
-    netlist = json.loads(placed.read_text())
-    for module in netlist["modules"].values():
-        for setting in _SETTINGS:
-            module.get("settings", {}).pop(setting, None)
-    placed.write_text(json.dumps(netlist))
