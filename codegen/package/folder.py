@@ -53,7 +53,8 @@ _FILES = (
     ("vivado/package_ip.tcl", "IP core for Vivado's catalogue: `vivado -mode batch -source vivado/package_ip.tcl`"),
     ("vivado/{name}_axi.xdc", "the clock, for Vivado"),
     ("litex/{name}.py", "a module for LiteX"),
-    ("netlist/prepare.py", "what tfra synth does to a netlist between yosys and nextpnr, for a flow of your own"),
+    ("netlist/place.py", "places and routes with yosys and nextpnr as tfra synth does: the clock of the datasheet"),
+    ("netlist/prepare.py", "what it does to a netlist between yosys and nextpnr, for a flow of your own"),
     ("boards/{board}/build.sh", "bitstream for the board {board}: the core behind its serial line"),
     ("boards/talk.py", "talks to the board: loads it, sends frames, compares the results"),
 )

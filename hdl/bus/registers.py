@@ -55,7 +55,7 @@ def hardware(registers: RegisterMap) -> wiring.Signature:
 
 
 class Registers(wiring.Component):
-    """Fields of every kind; an access by ``port`` is carried out in its cycle, and answered ``ANSWER`` cycles later.
+    """Fields of every kind; a write is carried out in the cycle after it, and accesses are answered after ``ANSWER``.
 
     Of an event that is set and cleared in one cycle the set wins; a counter that is cleared and counted is 1.  An
     unmapped address, a read of a register that software can only write, and the reverse are errors: they change nothing
@@ -78,10 +78,18 @@ class Registers(wiring.Component):
         connect(m, flipped(self.bus), self._axi_lite.bus)
         fields = [(register, field) for register in self._map.registers for field in register.fields]
         values = {f"{register.name}.{field.name}": self._value(register, field) for register, field in fields}
+        number = self._port.write_address[_WORD:]
+        written = {
+            register.name: pipeline.register(
+                m, self._port.write & (number == register.address >> _WORD), f"{register.name}_written", control=True
+            )
+            for register in self._map.registers
+            if register.writable
+        }
         for register, field in fields:
             own = values[f"{register.name}.{field.name}"]
             if field.kind.writable:
-                self._writable(m, register, field, own)
+                self._writable(m, register, field, own, written[register.name])
             if field.kind is Kind.COUNTER:
                 clear = values[field.clear] if field.clear else Const(0)
                 up = self._hardware(register, f"{field.name}_up")
@@ -107,8 +115,8 @@ class Registers(wiring.Component):
             return self._hardware(register, field.name)
         return Signal(field.bits, name=f"{register.name}_{field.name}", init=field.reset)
 
-    def _writable(self, m: Module, register: Register, field: Field, own: Value) -> None:
-        here = self._port.write & (self._port.write_address[_WORD:] == register.address >> _WORD)
+    def _writable(self, m: Module, register: Register, field: Field, own: Value, here: Value) -> None:
+        """Write ``field`` while ``here`` is high; the bus keeps word and strobes until the write is answered."""
         word, strobe = self._port.data[field.low :], self._port.strobe
         ones = Cat(word[bit] & strobe[(field.low + bit) // 8] & here for bit in range(field.bits))
         if field.kind is Kind.PULSE:

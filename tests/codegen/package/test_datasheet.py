@@ -1,5 +1,6 @@
 """The datasheet: every fact of the design is on it, and it loads nothing."""
 
+import json
 import re
 import zlib
 from dataclasses import replace
@@ -19,7 +20,9 @@ from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import core_ports, sidecar
 from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.emit import run_yosys, to_verilog
+from tfra.codegen.verilog.files import fingerprint
 from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog
+from tfra.families import find
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.wrapper import cut_through, latencies
 from tfra.model.cover.scenes import contact_codes, known_contacts
@@ -63,6 +66,25 @@ def test_every_beat_has_its_bits(sheet: tuple[Design, str]) -> None:
     header = "15:0 sequence 31:16 user 2 saturation 5 sequence_gap 7 simulated 8 out_of_range 9 stuck 31:24 format"
     assert [cell for row in rows if row[0] in "01" for cell in row[1:3]] == header.split()
     assert f"A frame has {2 + design.frame_words} beats" in page
+
+
+def test_the_clock_is_that_of_just_this_verilog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Comments do not count; what was measured of another Verilog or another part is not stated."""
+    clock = {"median_mhz": 123.4, "asked_mhz": 120.0, "seeds": [{"seed": 7, "mhz": 123.4}]}
+    used = {"LUT": {"used": 12300}, "DSP": {"used": 10}}
+    row = {"name": "lanes_axi", "target": PART.target.name, "netlist": fingerprint(["core\n", "wrapper\n"])}
+    row |= {"clock": clock, "resources": used, "tools": {"nextpnr": "1"}}
+    file = tmp_path / "measured.json"
+    file.write_text(json.dumps([row]))
+    monkeypatch.setattr("tfra.codegen.package.contents._MEASURED", file)
+    facts, texts = sidecar(PARALLEL) | {"images": []}, {"lanes.v": "// today\ncore\n", "lanes_axi.v": "wrapper\n"}
+    found = datasheet(Contents(PARALLEL, facts, texts, PART))["datasheet.html"]
+    assert "At 123.4 MHz" in found
+    assert "123.4 MHz (seed 7). <code>python3 netlist/place.py SEED 120</code>" in found
+    assert table(found, "Resources")[0] == ["LUT", "24,288", "9,000", "37%", "12,300", "51%"]
+    for other, part in (({**texts, "lanes.v": "gore\n"}, PART), (texts, replace(PART, target=find("ecp5-45")))):
+        found = datasheet(Contents(PARALLEL, facts, other, part))["datasheet.html"]
+        assert "This core was not placed: 98 MHz" in found
 
 
 def test_the_example_is_the_first_frame_of_the_testbench(sheet: tuple[Design, str]) -> None:

@@ -157,7 +157,7 @@ def test_reset_values_of_the_core() -> None:
 
 def test_hardware_and_software_in_the_same_cycle() -> None:
     """A set wins over a clear; a counter that is cleared counts on."""
-    write = {"bus.awvalid": 1, "bus.wvalid": 1, "bus.wstrb": 15}  # takes effect a cycle later
+    write = {"bus.awvalid": 1, "bus.wvalid": 1, "bus.wstrb": 15}  # takes effect two cycles later
     errors = {**write, "bus.awaddr": 0x48, "bus.wdata": 3}
     reset, up = {**write, "bus.awaddr": 0x40, "bus.wdata": 2}, "hardware.LOAD_COUNT.words_up"
 
@@ -167,7 +167,7 @@ def test_hardware_and_software_in_the_same_cycle() -> None:
 
     both = {"hardware.ERRORS.short_frame_set": 1, "hardware.ERRORS.long_frame_set": 1}
     assert read(0x48, both, errors) == 0
-    assert read(0x48, both, errors, {"hardware.ERRORS.short_frame_set": 1}) == 1
+    assert read(0x48, both, errors, {}, {"hardware.ERRORS.short_frame_set": 1}) == 1
     assert read(0x84, {up: 1}, {up: 1}) == 2
     assert read(0x84, {up: 1}, reset) == 0
-    assert read(0x84, {up: 1}, reset, {}, {up: 1}) == 1  # the pulse is there a cycle after the write
+    assert read(0x84, {up: 1}, reset, {}, {}, {up: 1}) == 1  # the pulse is there a cycle after the write
