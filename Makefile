@@ -14,8 +14,7 @@
 #              cycles of cores by their lanes; speed and memory of the models
 # make estimates
 #              the prices of tfra size, fitted to syntheses of parallel and of serial cores
-# make baselines, make axi_cost
-#              resources and frequency by version of the tools, docs/synth.md; what the wrapper costs, docs/ip.md
+# make axi_cost  what the wrapper costs, docs/ip.md
 # make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
 # make clean   forget everything that was made here, the environment included
@@ -28,7 +27,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed estimates baselines axi_cost
+CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed estimates axi_cost
 
 .PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl $(CAMPAIGNS)
 .DELETE_ON_ERROR:

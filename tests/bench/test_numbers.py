@@ -12,6 +12,8 @@ from bench.cycles import cores
 from bench.parts import axi_cost, presets
 from bench.publish import ROOT, stored
 from tfra.codegen.config.read import MOST_TAXELS, load
+from tfra.codegen.registers.source import registers_of
+from tfra.hdl.bus.registers import Registers
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.wrapper import cut_through, latencies
 from tfra.model.boussinesq import operators
@@ -152,6 +154,13 @@ def test_presets(name):
     assert row["netlist"] == presets.current(row), "make it anew: tfra synth, python -m bench.parts.presets"
     stated = timing(core, row["clock"]["median_mhz"], package=row["package"])
     assert row["timing"] == json.loads(json.dumps(stated))
+
+
+@pytest.mark.long
+def test_registers_are_as_small_as_the_page_says():
+    found = axi_cost.size(Registers(registers_of(preset("fast").design)))
+    assert [found["LUT"], found["FF"]] == pytest.approx([561, 695], rel=0.05)
+    assert "take 561 LUT and 695 FF of an ECP5" in (ROOT / "docs" / "registers.md").read_text()
 
 
 def test_table_of_presets():
