@@ -39,13 +39,15 @@ def netlist(preset: str, *, package: bool) -> str:
 def line(found: dict[str, Any]) -> str:
     """Markdown of one preset on one part."""
     used = " | ".join(f"{found['resources'][key]['used']:,}" for key in ("LUT", "FF", "DSP", "BRAM"))
+    if not (clock := found["clock"]):
+        return f"| `{found['name']}` | {found['target']} | {found['mac_lanes']} | {used} |" + " |" * 9
     times = found["timing"]
     cells = [
         f"`{found['name']}`",
         found["target"],
         str(found["mac_lanes"]),
         used,
-        frequency(found["clock"]),
+        frequency(clock),
         f"{times['latency_cycles']:,}",
         f"{times['interval_cycles']:,}",
         f"{times['latency_us']:,.1f} µs",

@@ -86,12 +86,17 @@ class Contents:
         return {f"testbench/{file.name}": file.read_text() for file in sorted(found)}
 
     @cached_property
-    def measured(self) -> Mapping[str, Any] | None:
-        """What place and route of just this Verilog has given on this part; None if it was not run."""
+    def measurements(self) -> dict[str, Mapping[str, Any]]:
+        """By target, what the tools have made of just this Verilog: of core and wrapper, else of the core."""
         core = [self.texts[name] for name in [self.rtl[0], *self.images] if name in self.texts]
-        behind = [*core, self.texts.get(self.rtl[1], "")]
-        rows = [row for row in json.loads(_MEASURED.read_text("utf-8")) if row["target"] == self.part.target.name]
-        return next((row for each in (behind, core) for row in rows if row["netlist"] == fingerprint(each)), None)
+        behind, rows = [*core, self.texts.get(self.rtl[1], "")], json.loads(_MEASURED.read_text("utf-8"))
+        prints = [fingerprint(each) for each in (core, behind)]
+        return {row["target"]: row for each in prints for row in rows if row["netlist"] == each}
+
+    @property
+    def measured(self) -> Mapping[str, Any] | None:
+        """That of place and route on this part; None if it was not run."""
+        return self.measurements.get(self.part.target.name)
 
     @property
     def clock_mhz(self) -> float:

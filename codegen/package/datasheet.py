@@ -15,7 +15,7 @@ from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.wrapper import ports_of
-from tfra.families import FAMILIES
+from tfra.families import FAMILIES, find
 from tfra.hdl.bus.axi_lite import AxiLite
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
 from tfra.hdl.ip.wrapper import cut_through, interval, latencies
@@ -34,6 +34,7 @@ CONTACTS = 60
 SEED = 1
 """Contacts of random shape, place, friction and direction, at 5 to 95 % of full scale, without noise."""
 
+_COUNTED = ("LUT", "FF", "DSP", "BRAM")
 _ERRORS = {"phi_deg": "φ / °", "mu_abs": "μ", "force_percent_of_resultant": "F / % of |F|"}
 
 
@@ -80,14 +81,18 @@ def _example(design: Design) -> Table:
 
 
 def _counted(contents: Contents) -> str:
-    """How portable Verilog is counted by the tools of families that the estimates are not for."""
+    """What tools of families that the estimates are not for have counted of portable Verilog, and how they count."""
     if contents.design.target in FAMILIES:
         return ""
-    families = (family for family in FAMILIES.values() if not family.place_and_route)
+    families = [family for family in FAMILIES.values() if not family.place_and_route]
+    found = {name: row for name, row in contents.measurements.items() if not row["clock"]}
+    used = {find(name).family.title: row["resources"] for name, row in found.items()}
+    rows = [(title, *(row[name]["used"] for name in _COUNTED)) for title, row in used.items()]
+    counts = Table("Other families", ("", *_COUNTED), rows).html() if rows else ""
     commands = {family.title: family.synthesis.format(top=contents.wrapper) for family in families}
     read = f"read_verilog {' '.join(contents.rtl)}"
     lines = "\n".join(f'yosys -p "{read}; {command}; stat"  # {title}' for title, command in commands.items())
-    return f"<p>Core and wrapper on other families, as yosys counts them:</p>\n<pre>{escape(lines)}</pre>"
+    return f"<p>Core and wrapper on other families, as yosys counts them:</p>\n{counts}<pre>{escape(lines)}</pre>"
 
 
 def _cycles(contents: Contents) -> Table:
