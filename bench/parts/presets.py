@@ -15,6 +15,7 @@ from typing import Any
 from bench.publish import ROOT, insert
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.files import fingerprint, modules
+from tfra.synth.page import fmax
 from tfra.synth.run import SIDECAR
 
 PUBLISHED_MS = (58.68, 32.28)
@@ -47,7 +48,7 @@ def line(found: dict[str, Any]) -> str:
         found["target"],
         str(found["mac_lanes"]),
         used,
-        frequency(clock),
+        fmax(clock),
         f"{times['latency_cycles']:,}",
         f"{times['interval_cycles']:,}",
         f"{times['latency_us']:,.1f} µs",
@@ -59,18 +60,10 @@ def line(found: dict[str, Any]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def frequency(clock: dict[str, Any]) -> str:
-    """The median in MHz; a range only where there are several seeds."""
-    median, seeds = f"{clock['median_mhz']:.1f}", clock["seeds"]
-    if len(seeds) == 1:
-        return f"{median} (seed {seeds[0]['seed']} alone)"
-    return f"{median} ({clock['lowest_mhz']:.1f}–{clock['highest_mhz']:.1f}, {len(seeds)})"
-
-
 def table() -> str:
     """Markdown of all rows, and the tools of them."""
     head = [
-        "| module | part | MAC lanes | LUT | FF | DSP | BRAM | MHz (lowest–highest, seeds) | first word, cycles "
+        "| module | part | MAC lanes | LUT | FF | DSP | BRAM | clock | first word, cycles "
         "| interval, cycles | first word | cut through | last word | frames/s | "
         + " | ".join(f"of {ms:g} ms" for ms in PUBLISHED_MS)
         + " |",

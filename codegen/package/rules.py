@@ -52,24 +52,25 @@ def placed(contents: Contents) -> dict[str, str]:
     verilog = [*rtl, f"netlist/{top}.v"]
     read = " ".join(file.rpartition("/")[2] for file in verilog)
     script = f"read_verilog {read}; {target.family.synthesis.format(top=top)}; write_json netlist.json"
-    floor = target.part if target.floor else ""
+    constrained = [word.format(file="pins.lpf") for word in tool.constrained]
+    importing, prepare = "", ""
+    if target.family.prepare:
+        importing = "import prepare\n"
+        prepare = f'    prepare.main(str(BUILD / "netlist.json"), "{top}", "{target.part}")\n'
     program = contents.fill(
         "place.py.txt",
         top=name,
         program=tool.program.removeprefix("yowasp-"),
-        package=tool.program.removesuffix("-gatemate"),
+        package=tool.program,
         clock=contents.measured["clock"]["asked_mhz"] if contents.measured else target.clock_mhz,
         files=[*verilog, *contents.images],
         yosys=[*STRICT, "-q", "-p", script],
-        words=[
-            *target.device, *target.speed, *tool.routing, "--timing-allow-fail",
-            *(word.format(file="pins.lpf") for word in tool.constrained),
-        ],
+        words=[*target.device, *target.speed, *tool.routing, "--timing-allow-fail", *constrained],
         free=[*tool.free],
         layout=[word.format(file="layout") for word in tool.layout],
         constraints=repr(tool.constraints),
-        importing="import prepare\n" if target.family.prepare else "",
-        prepare=f'    prepare.main(str(BUILD / "netlist.json"), "{top}", "{floor}")\n' if target.family.prepare else "",
+        importing=importing,
+        prepare=prepare,
     )
     return {
         f"netlist/{top}.v": pins_verilog(name, ports),

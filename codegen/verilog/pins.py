@@ -12,6 +12,8 @@ from tfra.codegen.verilog.emit import FLOWS, plain_verilog, to_rtlil
 
 _DOMAIN = ("aclk", "aresetn")
 """Ports of a wrapper that are no words: its clock and its reset, which become ``clk`` and ``rst`` like a core's."""
+_CLOCKED = {"clk": ClockSignal, "rst": ResetSignal}
+"""Those of a core."""
 
 
 class Pins(wiring.Component):
@@ -59,9 +61,6 @@ class _Foreign(wiring.Component):
     def elaborate(self, platform: Any) -> Instance:
         signals = {name: signal() for name, signal in _CLOCKED.items()} | vars(self)
         return Instance(self._name, **{f"{port.direction[0]}_{port.name}": signals[port.name] for port in self._ports})
-
-
-_CLOCKED = {"clk": ClockSignal, "rst": ResetSignal}
 
 
 def pins_verilog(name: str, ports: Sequence[Port]) -> str:
