@@ -33,7 +33,7 @@ class Total(wiring.Component):
     a product later than the one before, at least a cycle after its last quad.  No multiplier.
     """
 
-    latency = 2
+    latency = 3
     """Cycles from the transfer of a quad of the last part to that of its sum."""
 
     def __init__(self, design: LearnedDesign) -> None:
@@ -41,7 +41,7 @@ class Total(wiring.Component):
         super().__init__({
             # Results of all products; those of ``PARTS`` are looked at.
             "result": In(always_ready_stream(product(design))),
-            # Fact of the frame, there before its last part, taken a cycle after the last quad.
+            # Fact of the frame, there before its last part, taken two cycles after the last quad.
             "frame": In(stream.Signature(frame_facts(design))),
             "total": Out(always_ready_stream(vector_quad(design))),  # two quads a frame
         })
@@ -50,7 +50,11 @@ class Total(wiring.Component):
         m = Module()
         quad = self.total.payload.shape()
         sums = Ram(m, "sums", quad, 2 * FRAMES * QUADS)
-        arrives = [self.result.valid & self.result.p.kind[self._design.kinds.index(name)] for name in PARTS]
+        # TIMING: products -> words and place of what is there so far
+        arrives = [
+            register(m, self.result.valid & self.result.p.kind[self._design.kinds.index(name)], name, control=True)
+            for name in PARTS
+        ]
         first, second, third = (
             wrapping_counter(m, part, FRAMES * QUADS, f"{name}_quad")[0]
             for name, part in zip(PARTS, arrives, strict=True)
@@ -60,15 +64,15 @@ class Total(wiring.Component):
         so_far = sums.look_up(Mux(arrives[2], Cat(third, 1), Cat(second, 0)))
         for word, part, before in zip(total, self.result.p.words, so_far, strict=True):
             # TIMING: memory -> sum
-            part = register(m, part, "part")
+            part = delayed(m, part, 2, "part")
             before = register(m, Mux(arrives[0], 0, before), "before")
             m.d.sync += word.eq(Mux(no_contact, 0, part + before))
-        again = delayed(m, arrives[0] | arrives[1], self.latency, "again", control=True)
-        place = delayed(m, Mux(arrives[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")
+        again = delayed(m, arrives[0] | arrives[1], self.latency - 1, "again", control=True)
+        place = delayed(m, Mux(arrives[1], Cat(second, 1), Cat(first, 0)), self.latency - 1, "write_place")
         sums.write(again, place, total)
         m.d.comb += [
             self.frame.ready.eq(register(m, arrives[2] & third[0], "taken", control=True)),
-            self.total.valid.eq(delayed(m, arrives[2], self.latency, "last_part", control=True)),
+            self.total.valid.eq(delayed(m, arrives[2], self.latency - 1, "last_part", control=True)),
             self.total.payload.eq(total),
         ]
         return m

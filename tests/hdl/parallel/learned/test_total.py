@@ -67,7 +67,7 @@ def test_latency_is_as_stated():
     kind = 1 << design.kinds.index("read2")
     last = [c for c, v in zip(seen.cycles["result"], seen.values["result"], strict=True) if v["kind"] == kind]
     assert [b - a for a, b in zip(last, seen.cycles["total"], strict=True)] == [Total.latency] * len(last)
-    assert [b - a for a, b in zip(last[1::2], seen.cycles["frame"], strict=True)] == [1] * NUMBER
+    assert [b - a for a, b in zip(last[1::2], seen.cycles["frame"], strict=True)] == [2] * NUMBER
 
 
 @pytest.mark.parametrize("part", range(3))
