@@ -1,6 +1,5 @@
 """Cycles, products and lanes in prose are those of the design object."""
 
-import json
 import re
 from functools import cache
 
@@ -145,15 +144,18 @@ def test_growth(lanes):
     assert row in (ROOT / "docs" / "studies" / "large_arrays.md").read_text()
 
 
-@pytest.mark.parametrize("name", ["fast", "balanced", "small", "learned_fast", "learned_resultant", "learned_small"])
-def test_presets(name):
-    """A packaged preset was placed as it is now; one that no part has room for, the core alone."""
-    core = preset(name)
-    row = next(row for row in presets.rows() if row["name"].removesuffix("_axi") == name)
-    assert row["package"] != (core.design.target == "ice40")
-    assert row["netlist"] == presets.current(row), "make it anew: tfra synth, python -m bench.parts.presets"
-    stated = timing(core, row["clock"]["median_mhz"], package=row["package"])
-    assert row["timing"] == json.loads(json.dumps(stated))
+@pytest.mark.parametrize("row", presets.rows(), ids=lambda row: row["name"])
+def test_presets(row):
+    core = preset(row["name"].removesuffix("_axi"))
+    stated = timing(core, row["clock"]["median_mhz"] if row["clock"] else None, package=row["package"])
+    assert row["timing"] == pytest.approx(stated, rel=1e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("row", presets.rows(), ids=lambda row: row["name"])
+def test_presets_are_of_the_verilog_of_today(row):
+    """A preset without a row was not placed since it changed."""
+    assert row["netlist"] == presets.current(row), "measure again, or drop it: python -m bench.parts.presets"
 
 
 @pytest.mark.long
