@@ -21,12 +21,14 @@ def prepare(netlist: Netlist, top: str, floor: Floor | None = None) -> Counter[s
     return added
 
 
+_SYNTHESIS = "synth_ecp5 -top {top} -run begin:check; autoname; blackbox =A:whitebox"
+"""Without the check at the end, which reads modules anew that are flat by then, and fails; with the rest of its step."""
+
 FAMILY = Family(
     name="ecp5",
     title="ECP5",
     lut="LUT4",
-    # The last step but for ABC's names is left out: its check reads modules anew that are flat by then, and fails.
-    synthesis="synth_ecp5 -top {top} -run begin:check; autoname; blackbox =A:whitebox",
+    synthesis=_SYNTHESIS,
     cells={
         "LUT": {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6},
         "FF": {"TRELLIS_FF": 1},
@@ -64,7 +66,7 @@ FAMILY = Family(
         constrained=("--lpf", "{file}", "--lpf-allow-unconstrained"),
     ),
     gateware={"multiplier": "MULT18X18D", "rom": "DP16KD"},
-    gates=Gates("synth_ecp5 -top {top}", unreadable=("TRELLIS_COMB",)),
+    gates=Gates(_SYNTHESIS, unreadable=("TRELLIS_COMB",)),
     board=Board("ulx3s", 25_000_000, inverted=False, files=("ulx3s.lpf", "build.sh")),
     project=("trellis", {}),
 )
