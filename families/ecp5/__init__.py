@@ -22,7 +22,7 @@ def prepare(netlist: Netlist, top: str, floor: Floor | None = None) -> Counter[s
 
 
 _SYNTHESIS = "synth_ecp5 -top {top} -run begin:check; autoname; blackbox =A:whitebox"
-"""Without the check at the end, which reads modules anew that are flat by then, and fails; with the rest of its step."""
+"""Without the check at the end, which reads modules anew that are flat by then, and fails; with the rest of it."""
 
 FAMILY = Family(
     name="ecp5",

