@@ -12,9 +12,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from bench.parts.axi_cost import PRESETS
 from bench.publish import ROOT, insert
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.files import fingerprint, modules
+from tfra.model.fixed.design import Design
 from tfra.synth.page import fmax
 from tfra.synth.run import SIDECAR
 
@@ -31,10 +33,15 @@ def rows() -> list[dict[str, Any]]:
 
 
 @cache
-def netlist(preset: str, *, package: bool) -> str:
-    """The fingerprint of a preset's Verilog, as it is now."""
-    design = load(ROOT / "examples" / f"{preset}.toml").design
-    return fingerprint(modules(design, package=package, pins=False).values())
+def designs() -> dict[str, Design]:
+    """The presets by the names of their cores."""
+    found = (load(ROOT / "examples" / f"{preset}.toml").design for preset in PRESETS)
+    return {design.name: design for design in found}
+
+
+def design(row: dict[str, Any]) -> Design:
+    """The preset of a row."""
+    return designs()[row["name"].removesuffix("_axi")]
 
 
 def line(found: dict[str, Any]) -> str:
@@ -85,8 +92,8 @@ def main(directories: list[str]) -> None:
 
 
 def current(row: dict[str, Any]) -> str:
-    """The fingerprint of a row's preset."""
-    return netlist(row["name"].removesuffix("_axi"), package=row["package"])
+    """The fingerprint of the Verilog of a row's preset, as it is now."""
+    return fingerprint(modules(design(row), package=row["package"], pins=False).values())
 
 
 if __name__ == "__main__":

@@ -146,7 +146,7 @@ def test_growth(lanes):
 
 @pytest.mark.parametrize("row", presets.rows(), ids=lambda row: row["name"])
 def test_presets(row):
-    core = preset(row["name"].removesuffix("_axi"))
+    core = microarchitecture(presets.design(row))
     stated = timing(core, row["clock"]["median_mhz"] if row["clock"] else None, package=row["package"])
     assert row["timing"] == pytest.approx(stated, rel=1e-3)
 
