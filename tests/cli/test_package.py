@@ -64,7 +64,8 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
         *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", "skin_recorded.h", *C_FILES)),
         *(f"python/{name}" for name in ("tfra_host/constants.json", *PYTHON_FILES)),
         *("registers/tfra.h", "registers/tfra.html", "skin_axi.xml", "skin_axi.vhd", "skin_async.v"),
-        *("boards/talk.py", "boards/line.json", "netlist/prepare.py"),
+        *(f"netlist/{name}" for name in ("prepare.py", "place.py", "nextpnr.py", "skin_axi_pins.v")),
+        *("boards/talk.py", "boards/line.json"),
         *("boards/ulx3s/top.v", "boards/ulx3s/ulx3s.lpf", "boards/ulx3s/build.sh"),
     }
     hashes = [sidecar(load(file).design)["configuration_sha256"] for file in (folder / "package").glob("*.toml")]
