@@ -89,7 +89,7 @@ def test_a_sensor_says_what_its_file_says(sensor: tfra.Sensor) -> None:
     for part in ("skin_8x12", "8×12", "3 × 2.5 mm", "under 2 mm", "12 bits", "150000 Pa", "12 contacts"):
         assert part in repr(sensor)
     with pytest.raises(AttributeError):
-        sensor.project = None  # type: ignore[misc, assignment]
+        sensor.project = None  # type: ignore[misc, assignment]  # what mypy forbids is tried
 
 
 def test_simulated_frames_are_those_of_the_cover(sensor: tfra.Sensor, simulated: tuple[Any, tfra.Truth]) -> None:

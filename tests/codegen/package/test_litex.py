@@ -64,7 +64,7 @@ def system(folder: Path) -> tuple[Any, Any]:
     from litex.soc.interconnect.csr import CSRStatus, CSRStorage
     from migen import ClockDomain, Display, Finish, If
 
-    class Streams(LiteXModule):  # type: ignore[misc]
+    class Streams(LiteXModule):  # type: ignore[misc]  # LiteX has no types
         def __init__(self, core: Any) -> None:
             self.taxel = taxel = CSRStorage(32, name="taxel")
             self.came = came = CSRStatus(1, name="came")
