@@ -1,7 +1,7 @@
 """Synthesis, place and route, bitstream: runs each tool once, in one directory, and reads its results."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,10 +45,9 @@ class CriticalPath:
 
 @dataclass(frozen=True)
 class Route:
-    """One seed of place and route: its last aim, and the frequency reached."""
+    """One seed of place and route, and the frequency reached."""
 
     seed: int
-    aim: float
     mhz: float
     resources: Mapping[str, int]
     path: CriticalPath
@@ -103,18 +102,17 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
     layout = [word.format(file=f"{name}.layout") for word in tool.layout]
     written = [*layout, "--report", f"{name}.json", "--seed", str(seed)]
 
-    def nextpnr(arguments: Sequence[str], log: str, hopeless: Callable[[str], bool]) -> None:
-        run(tool.program, arguments, directory, log, hopeless)
+    def nextpnr(arguments: Sequence[str], log: str) -> None:
+        run(tool.program, arguments, directory, log)
 
     if not tool.stages:
-        aim = clock_mhz
-        run(tool.program, [*words, *written, "--json", NETLIST, "--freq", str(aim)], directory, f"{name}.log")
+        nextpnr([*words, *written, "--json", NETLIST, "--freq", str(clock_mhz)], f"{name}.log")
     else:
         refined = options(target.family) != list(tool.routing)  # by slack, which ends well or badly by chance
         placed = place(nextpnr, words, NETLIST, directory, seed, clock_mhz, free=tool.free, several=refined)
-        aim = route_placed(nextpnr, [*words, *written, "--json", placed], f"{name}.log", clock_mhz)
+        route_placed(nextpnr, [*words, *written, "--json", placed], f"{name}.log", clock_mhz)
         (directory / placed).unlink()
-    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)
+    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed)
 
 
 def options(family: Family) -> list[str]:
@@ -124,7 +122,7 @@ def options(family: Family) -> list[str]:
     return [*tool.routing, *(tool.threaded if tool.threaded and has(tool.program, tool.threaded[0]) else ())]
 
 
-def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float) -> Route:
+def read_route(report: Mapping[str, Any], target: Target, seed: int) -> Route:
     """Read nextpnr's JSON ``report``; raises ``ValueError`` unless the design has one clock."""
     clocks = sorted(name for name in report["fmax"] if not is_constant(name))
     if len(clocks) != 1:
@@ -137,7 +135,7 @@ def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float)
     assert target.family.place_and_route
     bels = target.family.place_and_route.bels
     resources = {name: _used(row, report["utilization"]) for name, row in bels.items()}
-    return Route(seed, aim, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
+    return Route(seed, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
 
 
 def _used(bels: Mapping[str, int], utilization: Mapping[str, Any]) -> int:

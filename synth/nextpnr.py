@@ -1,4 +1,4 @@
-"""Place and route by nextpnr in two runs: a placement that can be routed, and an aim that its router reaches.
+"""Place and route by nextpnr in two runs: the best of some placements, and its routing.
 
 Whoever calls says how nextpnr is run.  It needs Python alone: packages have a copy, which their ``place.py`` uses.
 """
@@ -6,16 +6,14 @@ Whoever calls says how nextpnr is run.  It needs Python alone: packages have a c
 import json
 import os
 import re
-import sys
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from pathlib import Path
 
-Run = Callable[[Sequence[str], str, Callable[[str], bool]], None]
-"""Runs nextpnr with arguments, keeps its output in the file of a name, and raises :class:`StoppedError` once the
-function says of a line of it that there is no hope."""
+Run = Callable[[Sequence[str], str], None]
+"""Runs nextpnr with arguments, and keeps its output in the file of a name."""
 
 _MOST, _ENOUGH, _SEEDS = 8, 0.93, 100
 """Placements of a seed at most; the share of the aim that nextpnr expects of one that is good enough, since routing
@@ -26,15 +24,6 @@ _SETTINGS = ("router", "target_freq", "seed")
 """What a placed netlist would tell nextpnr instead of its options."""
 _CONSTANT = "$PACKER_"
 """How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
-_PATIENCE, _MARGIN, _LOWER, _AIMS = 100, 1.01, 0.985, 12
-"""Rounds without progress after which nextpnr's router is stopped; its first aim as a share of what is asked for, since
-the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before,
-and how many there are."""
-_ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
-
-
-class StoppedError(RuntimeError):
-    """nextpnr was stopped, since it would not have ended."""
 
 
 def place(
@@ -66,7 +55,7 @@ def place(
         file, log = f"placed{turn}.json", f"seed{seed}.place{turn}.log"
         more = ["--json", netlist] if turn % 2 or not free else [*free, "--json", _FREE]
         more += ["--write", file, "--seed", str(seed + _SEEDS * turn)]
-        run([*words, *more], log, lambda line: False)
+        run([*words, *more], log)
         return expected_mhz((directory / log).read_text(errors="replace")), file
 
     number, found = _MOST if several else 1 + bool(free), list[tuple[float, str]]()
@@ -94,37 +83,9 @@ def _forget_settings(placed: Path) -> None:
     placed.write_text(json.dumps(netlist))
 
 
-def route(run: Run, words: Sequence[str], log: str, clock_mhz: float) -> float:
-    """Route a placed netlist with nextpnr's options ``words``; return the aim at which the router came to an end.
-
-    nextpnr routes slow paths again until none is slower than its aim, a little above ``clock_mhz``, without an end if
-    that can't be: then its router starts again with a lower aim.  Raises :class:`StoppedError` after the last one.
-    """
-    for left in reversed(range(_AIMS)):
-        aim = clock_mhz * _MARGIN * _LOWER ** (_AIMS - 1 - left)
-        try:
-            run([*words, "--no-pack", "--no-place", "--freq", str(aim)], log, stall())
-            break
-        except StoppedError:
-            if not left:
-                raise
-    return aim
-
-
-def stall() -> Callable[[str], bool]:
-    """Asked about the lines of nextpnr's router one by one, tells whether it makes no more progress."""
-    best, rounds = (sys.maxsize, sys.maxsize), 0
-
-    def hopeless(line: str) -> bool:
-        """Overused wires count first, then paths that are too slow."""
-        nonlocal best, rounds
-        if found := _ROUND.search(line):
-            now = (int(found[1]), int(found[2]))
-            rounds = 0 if now < best else rounds + 1
-            best = min(now, best)
-        return rounds >= _PATIENCE
-
-    return hopeless
+def route(run: Run, words: Sequence[str], log: str, clock_mhz: float) -> None:
+    """Route a placed netlist with nextpnr's options ``words``."""
+    run([*words, "--no-pack", "--no-place", "--freq", str(clock_mhz)], log)
 
 
 def expected_mhz(log: str) -> float:

@@ -21,7 +21,7 @@ def render(report: Mapping[str, Any]) -> str:
     clock, tables = report["clock"], _tables(report)
     lines = [_title(report), *_notes(report), tables["resources"].text()]
     if clock:
-        seeds = ", ".join(f"{row['mhz']} (seed {row['seed']}, aim {row['aim_mhz']:g})" for row in clock["seeds"])
+        seeds = ", ".join(f"{row['mhz']} (seed {row['seed']})" for row in clock["seeds"])
         path = clock["critical_path"]
         lines += [f"Fmax: {fmax(clock)}", f"  {seeds}", f"critical path: {_path(path)}"]
         lines += [f"  from {path['begin_cell']}", f"  to   {path['end_cell']}"]
@@ -132,7 +132,7 @@ def _shares(resources: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
 def _clock(clock: Mapping[str, Any]) -> Iterator[str]:
     seeds, path = clock["seeds"], clock["critical_path"]
     fastest = max(seed["mhz"] for seed in seeds)
-    rows = [(f"seed {s['seed']}", s["mhz"] / fastest, f"{s['mhz']} MHz, aim {s['aim_mhz']:g} MHz") for s in seeds]
+    rows = [(f"seed {s['seed']}", s["mhz"] / fastest, f"{s['mhz']} MHz") for s in seeds]
     yield bars("Seeds", rows)
     cells = f"from `{path['begin_cell']}` to `{path['end_cell']}`"
     yield paragraph(f"Critical path: {_path(path)}, {cells}.")

@@ -94,7 +94,7 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
         "median_mhz": round(median_low(speeds), 2),
         "lowest_mhz": round(min(speeds), 2),
         "highest_mhz": round(max(speeds), 2),
-        "seeds": [{"seed": route.seed, "aim_mhz": round(route.aim, 2), "mhz": round(route.mhz, 2)} for route in routes],
+        "seeds": [{"seed": route.seed, "mhz": round(route.mhz, 2)} for route in routes],
         "critical_path": asdict(median_route(routes).path),
     }
 

@@ -135,4 +135,3 @@ class Run:
         self.expected -= seconds * cached
         self.advance(seconds * (not cached), self.expected, title)
         return result
-

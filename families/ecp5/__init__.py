@@ -54,9 +54,9 @@ FAMILY = Family(
             "BRAM": {"DP16KD": 1},
         },
         layout=("--textcfg", "{file}"),
-        # The placer weights slow paths three times as much as by default.  Short wires may take long detours around
-        # congestion, unless paths that are too slow are routed again.
-        routing=("--router", "router2", "--tmg-ripup", "--placer-heap-timingweight", "30"),
+        # The placer weights slow paths three times as much as by default.  The slower of two routers comes to an end
+        # where the congestion of the other grows.
+        routing=("--router", "router1", "--placer-heap-timingweight", "30"),
         # The electrostatic placer is better where there is room, and worse in a part that is nearly full.
         free=("--placer", "static"),
         # Refines a placement by slack, where the default refinement uses wire length.  One thread, so that the layout

