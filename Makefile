@@ -20,7 +20,8 @@
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
-# constraints.txt, and from Debian (python3-venv, iverilog, chromium, ghdl): as root it is installed, otherwise the command
+# constraints.txt, and from Debian (python3-venv, iverilog, chromium, ghdl; for the long tests clang, compilers for Arm and
+# RISC-V, and qemu-system-arm): as root it is installed, otherwise the command
 # is shown.
 
 VENV := .venv
@@ -29,7 +30,7 @@ PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed estimates axi_cost
 
-.PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl $(CAMPAIGNS)
+.PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -43,7 +44,7 @@ test: $(READY) icarus chromium ghdl
 	  $(PYTEST) -m "not long"; tests=$$?; \
 	  wait $$types; types=$$?; cat build/types.txt; exit $$((tests | types))
 
-test-rest: $(READY) icarus chromium ghdl
+test-rest: $(READY) icarus chromium ghdl cross
 	$(PYTEST) -m long
 
 test-all: test test-rest
@@ -85,6 +86,13 @@ chromium:
 
 ghdl:
 	@$(call need,command -v ghdl,ghdl)
+
+# Compilers of cores in C for other processors, and an emulator.
+cross:
+	@$(call need,command -v clang,clang)
+	@$(call need,command -v arm-none-eabi-gcc,gcc-arm-none-eabi libnewlib-arm-none-eabi)
+	@$(call need,command -v riscv64-unknown-elf-gcc,gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf)
+	@$(call need,command -v qemu-system-arm,--no-install-recommends qemu-system-arm)
 
 # $(call need,TEST,PACKAGE): install the Debian PACKAGE as root if TEST fails, otherwise say how and stop.
 define need

@@ -1,6 +1,7 @@
-"""``tfra generate``: the core in Verilog."""
+"""``tfra generate``: the core in Verilog, or its estimator in C."""
 
 from dataclasses import asdict
+from enum import StrEnum
 from typing import Annotated
 
 import typer
@@ -15,8 +16,24 @@ Package = Annotated[
 ]
 
 
-def generate(config: Config, out: OutDirectory, package: Package = False, json: Json = False) -> None:
-    """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them.
+class Language(StrEnum):
+    """The back ends by name."""
+
+    VERILOG = "verilog"
+    C = "c"
+
+
+Backend = Annotated[Language, typer.Option(help="Verilog for FPGAs, or C99 for PCs and microcontrollers.")]
+
+
+def generate(
+    config: Config,
+    out: OutDirectory,
+    package: Package = False,
+    backend: Backend = Language.VERILOG,
+    json: Json = False,
+) -> None:
+    """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them; or the same words in C.
 
     Prints the condition number of the sensor, and how often the core is expected to agree with double precision; with
     --package, a warning if core and wrapper fit no part of its family.
@@ -32,6 +49,8 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
 
     project = load(config)
     check_core(project)
+    if package and backend is not Language.VERILOG:
+        raise InputError("--package", "", f"there is none of the back end {backend.value}")
     if package:  # what would be refused after a minute
         check_directory(out, "generate", [config])
         try:
@@ -41,7 +60,7 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
             raise InputError(project.path, "", str(error)) from None
     with failures("generate", ToolError), progress("generating the core"):
         part = part_of(project.design) if package else None
-        sidecar = write(project.design, out, [config], part)
+        sidecar = write(project.design, out, [config], part, backend.value)
     if part:
         used = {name: count for name, (count, _) in part.resources.items()}
         if lacks := misfits(used, part.target, project.design.architecture.kind):
@@ -52,5 +71,5 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
     else:
         typer.echo(f"{expected}")
         if expected.doubtful:
-            typer.echo("the word lengths are short for this sensor: try formats.name = \"wide\", or tfra study")
+            typer.echo('the word lengths are short for this sensor: try formats.name = "wide", or tfra study')
         typer.echo(f"{out}: core {project.design.name}, described in {project.design.name}.json")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tfra.codegen.c.files import files as c
 from tfra.codegen.package.contents import Part
 from tfra.codegen.package.folder import package
 from tfra.codegen.verilog.files import files as verilog
@@ -27,11 +28,11 @@ class Backend:
 
     files: Callable[[Design], Files]
     """The files of a design, the same for the same design; raises ``ValueError`` for one that can't be built."""
-    package: Callable[[Design, Mapping[str, str], Part], Files]
-    """Further files around those given, for projects with the device."""
+    package: Callable[[Design, Mapping[str, str], Part], Files] | None = None
+    """Further files around those given, for projects with the device; None where there are none."""
 
 
-BACKENDS = {"verilog": Backend(verilog, package)}
+BACKENDS = {"verilog": Backend(verilog, package), "c": Backend(c)}
 
 
 def generate(
@@ -50,7 +51,7 @@ def generate(
     chosen = BACKENDS[backend]
     with output_directory(directory, "generate", inputs) as fresh:
         files = chosen.files(design)
-        if part:
+        if part and chosen.package:
             files |= chosen.package(design, files, part)
         for name, text in files.items():
             (fresh / name).parent.mkdir(parents=True, exist_ok=True)

@@ -30,6 +30,7 @@ class Engine(StrEnum):
 
     FLOAT = "float"
     FIXED = "fixed"
+    C = "c"
     RTL = "rtl"
     TWO_VARIABLE = "two-variable"
 
@@ -70,6 +71,11 @@ def run(
         from tfra.sim.run import simulate
 
         return decode(design, simulate(design, measured, progress=advance).words)
+    if engine is Engine.C:
+        from tfra.sim.compiled import Compiled
+
+        compiled = Compiled(design)
+        return _in_chunks(lambda part: decode(design, compiled.words(part)), measured, advance)
     fixed = design.model
     return _in_chunks(lambda part: decode(design, fixed(part).words), measured, advance)
 

@@ -28,7 +28,7 @@ from tfra.recordings.input import Coding, Input, Order, Sign, Unit
 from tfra.result import Result
 from tfra.runtime.errors import InputError, Notice, quoted
 
-EngineName = Literal["float", "fixed", "rtl", "two-variable"]
+EngineName = Literal["float", "fixed", "c", "rtl", "two-variable"]
 
 _OPTION = re.compile(r"--([a-z][a-z-]*)( [A-Za-z0-9]+)?")
 
@@ -172,7 +172,7 @@ class Sensor:
         """Find the forces in ``frames``: a recording, or stress in Pa, ``(n, rows, columns)`` or ``(rows, columns)``.
 
         ``engine``: "float" is CONFIG's estimator in double precision, by default TFRA; "fixed" the bit-accurate model
-        of the core; "rtl" the core itself in a simulator; "two-variable" the search in both friction coefficients.  The
+        of the core; "c" the same, compiled; "rtl" the core itself in a simulator; "two-variable" the search in both friction coefficients.  The
         core uses codes of the converter; with ``codes=True``, "float" and "two-variable" use them, too.
 
             >>> sensor = tfra.load("examples/skin_8x12.toml")

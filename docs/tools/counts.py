@@ -8,9 +8,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 LIMITS: dict[str, tuple[Callable[[str], bool], int]] = {
-    "Python outside tests": (lambda name: name.endswith(".py") and not name.startswith("tests/"), 46_520),
-    "tests": (lambda name: name.endswith(".py") and name.startswith("tests/"), 30_350),
-    "docs": (lambda name: name.endswith(".md") and name.startswith("docs/"), 3_330),
+    "Python outside tests": (lambda name: name.endswith(".py") and not name.startswith("tests/"), 47_400),
+    "tests": (lambda name: name.endswith(".py") and name.startswith("tests/"), 30_950),
+    "docs": (lambda name: name.endswith(".md") and name.startswith("docs/"), 3_420),
     "README": (lambda name: name == "README.md", 120),
 }
 """What is counted, by the names of the files, and the most lines."""

@@ -41,9 +41,14 @@ def repair_places(taxels: int) -> int:
     return max(512, 1 << (13 * -(-taxels // 10) - 1).bit_length())
 
 
+def supported(design: Design) -> bool:
+    """Whether the front end can be built for ``design``."""
+    return LEAST_WORD <= design.adc.bits <= WORD
+
+
 def check(design: Design) -> None:
-    """Raise ``ValueError`` for a design that the front end can't be built for."""
-    if not LEAST_WORD <= design.adc.bits <= WORD:
+    """Raise ``ValueError`` for a design that it can't be built for."""
+    if not supported(design):
         raise ValueError(f"adc.bits: {LEAST_WORD} to {WORD} are supported with the front end, got {design.adc.bits}")
 
 

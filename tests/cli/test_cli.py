@@ -219,8 +219,8 @@ def test_verify_writes_waves_and_a_page(
 
 
 def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def facts(design: Any, path: Path, inputs: list[Path], part: None) -> dict[str, str]:
-        assert inputs == [Path("skin.toml")]
+    def facts(design: Any, path: Path, inputs: list[Path], part: None, backend: str) -> dict[str, str]:
+        assert (inputs, backend) == ([Path("skin.toml")], "verilog")
         return {"name": design.name, "path": str(path)}
 
     monkeypatch.setattr("tfra.codegen.generate.generate", facts)
@@ -233,6 +233,23 @@ def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("cond(C33) is 1.73; 100.0 % of ")
     assert said[1] == "core: core skin, described in skin.json"
+
+
+def test_generate_c(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["generate", "skin.toml", "--backend", "c", "--out", "core"]) == 0
+    written = {file.name for file in Path("core").iterdir()}
+    assert {"skin.h", "skin.c", "skin_tables.c", "skin_test.c", "README.md", "skin.json"} < written
+    line = refusal(capfd, "generate", "skin.toml", "--backend", "c", "--package", "--out", "other")
+    assert line == "--package: there is none of the back end c"
+    assert not Path("other").exists()
+
+
+def test_estimate_by_the_c_engine(folder: Path) -> None:
+    for engine in ("fixed", "c"):
+        assert main(["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", f"{engine}.npz"]) == 0
+    with np.load("fixed.npz") as fixed, np.load("c.npz") as compiled:
+        for key in ("forces", "mu", "status", "sweep_index"):
+            np.testing.assert_array_equal(fixed[key], compiled[key])
 
 
 # Bad input

@@ -240,7 +240,7 @@ def test_arguments_that_are_none(sensor: tfra.Sensor, tmp_path: Path) -> None:
     frames = np.zeros((8, 12))
     np.save(tmp_path / "f.npy", frames)
     calls: dict[str, Any] = {
-        "Sensor.estimate: engine: one of float, fixed, rtl, two-variable is needed, got 'flaot'": (
+        "Sensor.estimate: engine: one of float, fixed, c, rtl, two-variable is needed, got 'flaot'": (
             lambda: sensor.estimate(frames, "flaot")  # type: ignore[arg-type]  # wrong on purpose
         ),
         "Sensor.estimate: codes: the fixed engine always sees": lambda: sensor.estimate(frames, "fixed", codes=True),

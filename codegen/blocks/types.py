@@ -1,0 +1,49 @@
+"""The types and the vectors that the sources of the blocks name, by their proven bits and by their words."""
+
+import numpy as np
+
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.numbers import signed_bits
+
+WIDE = 64
+"""Bits of what has no type of its own: the model's integers, which are proven to fit 63."""
+
+INT = 32
+"""Fewest bits of what is calculated with: C would make these of shorter words."""
+
+_STORED = ("code_t", "operand_t", "coefficient_t")
+"""Words that are read for an int or a longer type, and may be shorter themselves."""
+
+
+def types(design: Design) -> dict[str, int]:
+    """Bits of every signed type by its name."""
+    w = design.widths
+    operators = (op for stack in design.stacks.values() for op in stack.operators)
+    combined = design.formats.bits("operand.combine")
+    found = {
+        "code_t": w.stress,
+        "magnitude_t": w.magnitude + 1,
+        "vector_t": max(w.vector, w.force),
+        "operand_t": max(design.operand_word, combined),
+        "coefficient_t": max(signed_bits(int(np.abs(op.rows).max())) for op in operators),
+        "accumulator_t": w.accumulator + w.alignment,
+        "moment_t": w.moment + 1,
+        "candidate_t": w.candidate,
+        "wide_t": WIDE,
+    }
+    return {name: bits if name in _STORED else max(bits, INT) for name, bits in found.items() if bits > 1}
+
+
+def vectors(design: Design) -> dict[str, int]:
+    """Words of every vector between the blocks by its name."""
+    vector, taxels = 4 * design.quads, design.sensor.taxels
+    if isinstance(design, LearnedDesign):
+        units1, units2 = (4 * count for count in design.weights.counts)
+        of_forces = ("inverse", "p0", "shear_x", "shear_y") if design.taxel_forces else ()
+        found = {"b": vector, "sums1": units1, "h1": units1, "sums2": units2, "h2": units2}
+        found |= dict.fromkeys(("direct", "read1", "read2", "total"), 4 * 2)
+        return found | dict.fromkeys(of_forces, vector) | ({"p": taxels} if design.taxel_forces else {})
+    names = ("b", "c33_inv", "n", "c33", "c31", "c32", "e0", "e1", "normal0", "normal1", "d", "pinv1", "pinv2", "pinv3")
+    sums = {"sums_b": 4, "sums_n": 4 * 3}
+    return dict.fromkeys(names, vector) | sums | dict.fromkeys(("p", "q", "plane"), taxels)

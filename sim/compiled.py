@@ -1,0 +1,111 @@
+"""The C of a design, built once into the cache by the system's compiler, and called on arrays: the engine ``c``."""
+
+import ctypes
+import os
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+
+from tfra.codegen.c.files import core, gathered
+from tfra.codegen.c.memory import ram_bytes, size_of
+from tfra.codegen.sidecar.build import sidecar
+from tfra.model.arrays import Ints
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.layout import COUNTER_BITS
+from tfra.runtime.digest import digest
+from tfra.runtime.errors import InputError
+from tfra.runtime.processes import ToolError, complaint, running
+from tfra.runtime.scratch import scratch, temporary
+from tfra.runtime.store import Files, cache_directory, cached
+
+COMPILER = "gcc"
+INSTALL = "apt-get install gcc"
+_FLAGS = ("-std=c99", "-O3", "-march=native", "-shared", "-fPIC")
+_LIBRARY = "core.so"
+
+_CALLS = Template("""\
+#include "$name.h"
+
+static int64_t *copied(const ${name}_result *result, int64_t *words)
+{
+    int place = 0;
+$gather
+    return words + place;
+}
+
+void run(${name}_state *state, const ${name}_code *codes, int64_t frames, int64_t *words)
+{
+    ${name}_result result;
+    for (int64_t frame = 0; frame < frames; frame++) {
+        ${name}_step(state, codes + frame * ${NAME}_TAXELS, &result);
+        words = copied(&result, words);
+    }
+}
+""")
+
+_SHARE = 256
+"""Frames that are worth a thread."""
+
+
+class Compiled:
+    """The bit-accurate model of ``design``, compiled; raises ``InputError`` without a compiler."""
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+        self._code = np.dtype(f"i{max(2, size_of(design.adc.bits))}")
+        self._run: Any = _load(_built(design)).run
+        self._run.restype = None
+        self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p]
+
+    def words(self, codes: Ints) -> Ints:
+        """Result words ``(n, frame_words)`` of converter ``codes (n, rows, columns)``, by all processors."""
+        given = np.ascontiguousarray(codes, dtype=self._code).reshape(-1, self.design.sensor.taxels)
+        words = np.empty((len(given), self.design.frame_words), dtype=np.int64)
+        shares = min(os.cpu_count() or 1, -(-len(given) // _SHARE))
+        parts = zip(np.array_split(given, max(1, shares)), np.array_split(words, max(1, shares)), strict=True)
+        with ThreadPoolExecutor(max(1, shares)) as pool:
+            list(pool.map(lambda part: self._part(*part), parts))
+        words[:, 0] = np.arange(len(words)) & ((1 << COUNTER_BITS) - 1)
+        return words
+
+    def _part(self, codes: Ints, words: Ints) -> None:
+        state = ctypes.create_string_buffer(ram_bytes(self.design))
+        self._run(state, codes.ctypes.data, len(codes), words.ctypes.data)
+
+
+def _load(library: bytes) -> ctypes.CDLL:
+    with scratch(temporary()) as folder:
+        (folder / _LIBRARY).write_bytes(library)
+        return ctypes.CDLL(str(folder / _LIBRARY))
+
+
+def _built(design: Design) -> bytes:
+    if not shutil.which(COMPILER):
+        raise InputError(COMPILER, "", f"the engine c needs a C compiler: {INSTALL}")
+    texts = core(design, sidecar(design))
+    texts["calls.c"] = _CALLS.substitute(name=design.name, NAME=design.name.upper(), gather=gathered(design))
+    key = digest(*texts.values(), *_FLAGS, _machine())
+    return cached(cache_directory() / f"build-{design.name}-c-{key}", lambda: _compile(texts))[_LIBRARY]
+
+
+def _machine() -> str:
+    """The compiler, and what the processor can do."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    return f"{os.uname().machine} {next((line for line in lines if line.startswith(('flags', 'Features'))), '')}"
+
+
+def _compile(texts: dict[str, str]) -> Files:
+    with scratch(temporary()) as folder:
+        for name, text in texts.items():
+            (folder / name).write_text(text)
+        sources = [name for name in texts if name.endswith(".c")]
+        with running([COMPILER, *_FLAGS, "-o", _LIBRARY, *sources], folder) as process:
+            output, _ = process.communicate()
+        if process.returncode:
+            raise ToolError(complaint(COMPILER, process.returncode, output))
+        return {_LIBRARY: (folder / _LIBRARY).read_bytes()}

@@ -1,0 +1,79 @@
+"""Cores in C from their folder alone: strict compilers, sanitizers, CMake; their tests notice a wrong table."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.codegen.c.cases import SMALL
+from tests.codegen.package.c_driver import STRICT
+from tests.codegen.package.made import write
+from tests.marks import long
+from tfra.codegen.c.files import files
+from tfra.model.fixed.design import Design
+
+WARNINGS = (*STRICT, "-Wundef", "-Wvla", "-Wdouble-promotion", "-Wfloat-conversion")
+SANITIZERS = "-fsanitize=undefined,address -fno-sanitize-recover=all -g"
+BUILDS = ["gcc -O2", *long("gcc -Os", f"gcc -O3 {SANITIZERS}", "clang -O2", f"clang -O1 {SANITIZERS}")]
+
+
+def run(folder: Path, *command: str) -> str:
+    """What a command prints, which must end well."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def sources(design: Design) -> list[str]:
+    return [f"{design.name}{kind}.c" for kind in ("", "_tables", "_test")]
+
+
+@pytest.mark.parametrize("case", SMALL)
+@pytest.mark.parametrize("build", BUILDS)
+def test_the_core_checks_itself(case: str, build: str, tmp_path: Path) -> None:
+    design = SMALL[case]
+    write(tmp_path, files(design))
+    compiler, *options = build.split()
+    run(tmp_path, compiler, *WARNINGS, *options, "-o", "test", *sources(design))
+    said = run(tmp_path, "./test")
+    assert re.fullmatch(rf"{design.name}: \d\d frames, \d+ words, all right\n", said)
+
+
+@pytest.mark.parametrize("case", ["3x5", "learned_3x5"])
+def test_a_wrong_table_is_noticed(case: str, tmp_path: Path) -> None:
+    design = SMALL[case]
+    texts = files(design)
+    name = f"{design.name}_tables.c"
+    at = texts[name].rindex("= {")
+    texts[name] = texts[name][:at] + re.sub(
+        r"-?\d{3,}", lambda found: str(int(found[0]) ^ 64), texts[name][at:], count=1
+    )
+    write(tmp_path, texts)
+    run(tmp_path, "gcc", "-O1", "-o", "test", *sources(design))
+    done = subprocess.run([tmp_path / "test"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert re.fullmatch(r"frame \d+, word \d+, \w+: -?\d+, -?\d+ is right\n", done.stdout)
+
+
+def test_its_readme_and_cmake(tmp_path: Path) -> None:
+    """From an empty folder, with the README's own commands; its example compiles, in C and as part of C++."""
+    design = SMALL["3x5"]
+    texts = files(design)
+    write(tmp_path, texts)
+    (command,) = re.findall(r"^    (cmake .*)$", texts["README.md"], re.M)
+    assert "100% tests passed" in run(tmp_path, "sh", "-c", command)
+    write(tmp_path, {"example.c": "\n".join(re.findall(r"^```c\n(.*?)^```", texts["README.md"], re.M | re.S))})
+    run(tmp_path, "gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", "example.c")
+    write(tmp_path, {"user.cpp": f'#include "{design.name}.h"\n{design.name}_state state;\n'})
+    run(tmp_path, "g++", "-Wall", "-Wextra", "-Werror", "-c", "user.cpp")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", SMALL)
+def test_other_processors_by_compilation(case: str, tmp_path: Path) -> None:
+    design = SMALL[case]
+    texts = files(design)
+    write(tmp_path, texts)
+    for command in re.findall(r"^    ((?:arm|riscv).*)$", texts["README.md"], re.M):
+        run(tmp_path, *command.split(), "-Wall", "-Wextra", "-Werror")

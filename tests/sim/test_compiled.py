@@ -1,0 +1,82 @@
+"""The engine ``c``: the words of the bit-accurate model, by any number of threads, for any codes."""
+
+import os
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.codegen.c.cases import SMALL, frames
+from tests.hdl.parallel.designs import make
+from tfra.codegen.config.read import load
+from tfra.model.choices import Adc, Formats
+from tfra.model.fixed.design import Design
+from tfra.runtime.errors import InputError
+from tfra.sim import compiled
+from tfra.sim.compiled import Compiled
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def example(name: str) -> Design:
+    return load(EXAMPLES / f"{name}.toml").design
+
+
+@pytest.mark.parametrize("case", SMALL)
+def test_words(case: str) -> None:
+    design = SMALL[case]
+    codes = frames(design, 3000)
+    np.testing.assert_array_equal(Compiled(design).words(codes), design.model(codes).words)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "design",
+    [
+        pytest.param(make(2, 3, Formats("short", 8, 10, 4, 2), bits=8), id="2x3, 8 bits"),
+        pytest.param(make(16, 16, bits=12), id="16x16"),
+        pytest.param(make(9, 7, Formats("24 bits", 24, 24, 8, 4), bits=16), id="9x7, 24 bits"),
+        pytest.param(example("hertz_40x20"), id="hertz_40x20"),
+        pytest.param(replace(example("learned_fast"), adc=Adc(12, 2e5)), id="learned 10x10"),
+        pytest.param(example("skin_8x12"), id="skin_8x12"),
+    ],
+)
+def test_words_of_a_hundred_thousand_frames(design: Design) -> None:
+    called = Compiled(design)
+    for seed in range(50):
+        codes = frames(design, 2000, seed)
+        np.testing.assert_array_equal(called.words(codes), design.model(codes).words, f"seed {seed}")
+
+
+def test_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    called, codes = Compiled(SMALL["3x5"]), frames(SMALL["3x5"], 2000)
+    words = called.words(codes)
+    for processors in (1, 5):
+        monkeypatch.setattr(os, "cpu_count", partial(int, processors))
+        np.testing.assert_array_equal(called.words(codes), words)
+    assert called.words(codes[:0]).shape == (0, SMALL["3x5"].frame_words)
+    np.testing.assert_array_equal(called.words(codes[5:6, ::-1]), SMALL["3x5"].model(codes[5:6, ::-1]).words)
+
+
+@pytest.mark.parametrize("case", ["3x5", "learned_3x5"])
+def test_another_coefficient_is_noticed(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    design, codes = SMALL[case], frames(SMALL[case], 300)
+    core = compiled.core
+
+    def corrupted(*given):
+        texts = core(*given)
+        name = f"{design.name}_tables.c"
+        head, last = texts[name].rsplit("= {\n    ", 1)
+        number, rest = last.split(",", 1)
+        return {**texts, name: f"{head}= {{\n    {int(number) ^ 64},{rest}"}
+
+    monkeypatch.setattr(compiled, "core", corrupted)
+    assert (Compiled(design).words(codes) != design.model(codes).words).any()
+
+
+def test_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "COMPILER", "no-such-gcc")
+    with pytest.raises(InputError, match=r"^no-such-gcc: the engine c needs a C compiler: apt-get install gcc$"):
+        Compiled(SMALL["2x2"])
