@@ -30,7 +30,7 @@ Out = Annotated[
 ]
 EngineOption = Annotated[
     Engine,
-    typer.Option(help="Double precision, bit-accurate model, its C, simulated core, or a search in both mu_x and mu_y."),
+    typer.Option(help="Double precision, bit-accurate model, that in C, simulated core, or a search in mu_x and mu_y."),
 ]
 Codes = Annotated[
     bool, typer.Option("--codes", help="Feed float and two-variable with the converter's codes, as fixed and rtl are.")

@@ -172,8 +172,9 @@ class Sensor:
         """Find the forces in ``frames``: a recording, or stress in Pa, ``(n, rows, columns)`` or ``(rows, columns)``.
 
         ``engine``: "float" is CONFIG's estimator in double precision, by default TFRA; "fixed" the bit-accurate model
-        of the core; "c" the same, compiled; "rtl" the core itself in a simulator; "two-variable" the search in both friction coefficients.  The
-        core uses codes of the converter; with ``codes=True``, "float" and "two-variable" use them, too.
+        of the core; "c" the same, compiled; "rtl" the core itself in a simulator; "two-variable" the search in both
+        friction coefficients.  The core uses codes of the converter; with ``codes=True``, "float" and "two-variable"
+        use them, too.
 
             >>> sensor = tfra.load("examples/skin_8x12.toml")
             >>> frames, truth = sensor.simulate()
