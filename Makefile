@@ -12,6 +12,7 @@
 #              every estimator on identical frames, TFRA's sources of error, offsets and dead taxels
 # make cores, make speed
 #              cycles of cores by their lanes; speed and memory of the models
+# make cortex  instructions and memory of cores in C on a Cortex-M7
 # make estimates
 #              the prices of tfra size, fitted to syntheses of parallel and of serial cores
 # make axi_cost  what the wrapper costs, docs/ip.md
@@ -28,7 +29,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed estimates axi_cost
+CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end cores speed cortex estimates axi_cost
 
 .PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:

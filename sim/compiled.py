@@ -56,18 +56,21 @@ class Compiled:
 
     def __init__(self, design: Design) -> None:
         self.design = design
-        self._code = np.dtype(f"i{max(2, size_of(design.adc.bits))}")
+        self._code = np.dtype(f"i{size_of(design.adc.bits)}")
         self._run: Any = _load(_built(design)).run
         self._run.restype = None
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p]
 
     def words(self, codes: Ints) -> Ints:
-        """Result words ``(n, frame_words)`` of converter ``codes (n, rows, columns)``, by all processors."""
+        """Result words ``(n, frame_words)`` of converter ``codes (n, rows, columns)``.
+
+        Frames are shared among all processors that this process may use.
+        """
         given = np.ascontiguousarray(codes, dtype=self._code).reshape(-1, self.design.sensor.taxels)
         words = np.empty((len(given), self.design.frame_words), dtype=np.int64)
-        shares = min(os.cpu_count() or 1, -(-len(given) // _SHARE))
-        parts = zip(np.array_split(given, max(1, shares)), np.array_split(words, max(1, shares)), strict=True)
-        with ThreadPoolExecutor(max(1, shares)) as pool:
+        shares = max(1, min(len(os.sched_getaffinity(0)), -(-len(given) // _SHARE)))
+        parts = zip(np.array_split(given, shares), np.array_split(words, shares), strict=True)
+        with ThreadPoolExecutor(shares) as pool:
             list(pool.map(lambda part: self._part(*part), parts))
         words[:, 0] = np.arange(len(words)) & ((1 << COUNTER_BITS) - 1)
         return words

@@ -19,6 +19,7 @@ from tfra.model.fixed.front_end import supported
 
 _LINE = 108
 """Characters of a line of numbers."""
+_CORTEX_M = ("cortex_m/start.c", "cortex_m/mps2_an500.ld", "cortex_m/measure.c")
 _NAMED = {key: key for key in ("exponent", "sweep_index", "phi", "mu", "status")} | {"resultant": "force"}
 """Fields whose types the blocks name, and how."""
 
@@ -32,6 +33,7 @@ def files(design: Design) -> dict[str, str]:
         "CMakeLists.txt": _filled("CMakeLists.txt", values),
         "README.md": _filled("README.md", values, front_end=_of_front_end(design, "front_end.md", values)),
         f"{name}.json": json.dumps(facts, indent=1) + "\n",
+        **{file: _filled(file, values) for file in _CORTEX_M},
     }
 
 

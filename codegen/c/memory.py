@@ -8,14 +8,14 @@ _SAVED = 1536
 """Bytes for scalars, saved registers and what compilers spill, in all frames of the deepest call."""
 
 
-def size_of(bits: int) -> int:
-    """Bytes of the shortest type that holds ``bits``."""
-    return next(size for size in (1, 2, 4, 8) if bits <= 8 * size)
+def size_of(bits: int, signed: bool = True) -> int:
+    """Bytes of the shortest type that holds ``bits``: two or more if ``signed``, since C makes an int of shorter words."""
+    return next(size for size in (1, 2, 4, 8) if bits <= 8 * size and size > signed)
 
 
 def c_type(bits: int, signed: bool = True) -> str:
-    """That type, of two bytes or more where it is ``signed``: arithmetic on single bytes gains nothing."""
-    return f"{'' if signed else 'u'}int{8 * max(size_of(bits), 1 + signed)}_t"
+    """That type."""
+    return f"{'' if signed else 'u'}int{8 * size_of(bits, signed)}_t"
 
 
 def state(design: Design) -> list[tuple[str, str]]:
@@ -28,7 +28,7 @@ def state(design: Design) -> list[tuple[str, str]]:
 def ram_bytes(design: Design) -> int:
     """Bytes of the state."""
     vector = size_of(types(design)["vector_t"])
-    code = max(2, size_of(design.adc.bits))
+    code = size_of(design.adc.bits)
     used = vector * sum(vectors(design).values()) + code * design.sensor.taxels + 2
     return -(-used // vector) * vector
 
@@ -45,5 +45,5 @@ def stack_bytes(design: Design) -> int:
         blocks.append(taxels * (size_of(bits["candidate_t"]) + vector + wide) + 4 * candidates * wide)
     else:
         blocks.append(3 * plane + 4 * most * vector)
-    frame = max(2, size_of(design.adc.bits)) * taxels
+    frame = size_of(design.adc.bits) * taxels
     return -(-(frame + max(blocks) + _SAVED) // 256) * 256

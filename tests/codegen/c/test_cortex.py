@@ -11,10 +11,7 @@ from tfra.codegen.c.files import files
 from tfra.codegen.c.memory import ram_bytes, stack_bytes
 from tfra.codegen.config.read import load
 
-PLACE = Path(__file__).parent / "cortex"
 EXAMPLES = Path(__file__).parents[3] / "examples"
-ARM = "arm-none-eabi-gcc -std=gnu99 -mcpu=cortex-m7 -mthumb --specs=rdimon.specs -nostartfiles -I."
-QEMU = "qemu-system-arm -M mps2-an500 -nographic -icount shift=0 -semihosting-config enable=on,target=native -kernel"
 
 
 @pytest.mark.long
@@ -24,12 +21,9 @@ def test_words_instructions_and_memory(example: str, level: str, tmp_path: Path)
     design = load(EXAMPLES / f"{example}.toml").design
     name, texts = design.name, files(design)
     write(tmp_path, texts)
-    built = [f"{name}.c", f"{name}_tables.c", *(str(PLACE / file) for file in ("start.c", "measure.c"))]
-    command = [*ARM.split(), level, f"-DCORE={name}", "-T", str(PLACE / "an500.ld"), "-o", "core.elf", *built]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    done = subprocess.run(
-        [*QEMU.split(), "core.elf"], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
-    )
+    *_, build, emulate = re.findall(r"^    ((?:arm|qemu)-.*)$", texts["README.md"], re.M)
+    subprocess.run(build.replace("-O2", level).split(), cwd=tmp_path, check=True)
+    done = subprocess.run(emulate.split(), cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     found = re.fullmatch(
         rf"{name}: 31 frames, \d+ words, all right\n(\d+) to (\d+) instructions, (\d+) bytes of stack\n", done.stdout
     )

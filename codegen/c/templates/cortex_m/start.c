@@ -1,4 +1,4 @@
-/* Start of a Cortex-M7 in QEMU (mps2-an500): vectors, a painted stack, and main's result by semihosting. */
+// Start of a Cortex-M7 in QEMU (mps2-an500): vectors, a painted stack, and main's result by semihosting.
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,14 +1,10 @@
-/* Measures a core on a Cortex-M7: its recorded words, instructions of a frame, bytes of stack.  Built with -DCORE=NAME. */
+// Measures the core on a Cortex-M7 in QEMU: its recorded words, instructions of a frame, bytes of stack.
 #include <stdio.h>
 #include <string.h>
 
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#define TEXT_(a) #a
-#define TEXT(a) TEXT_(a)
-#include TEXT(CORE.h)
+#include "$name.h"
 #define main recorded_main
-#include TEXT(JOIN(CORE, _test.c))
+#include "../${name}_test.c"
 #undef main
 
 #define SYSTICK ((volatile uint32_t *)0xE000E010)
@@ -16,7 +12,7 @@
 
 extern uint32_t stack_bottom;
 
-/* Ticks of a loop of 200,000 instructions: QEMU counts instructions as time, SysTick counts that. */
+// Ticks of a loop of 200,000 instructions: QEMU counts instructions as time, SysTick counts that.
 static uint32_t ticks_of_known(void)
 {
     uint32_t left = 100000;
@@ -27,22 +23,22 @@ static uint32_t ticks_of_known(void)
     return 0xFFFFFF - SYSTICK[2];
 }
 
-static JOIN(CORE, _state) own;
-static JOIN(CORE, _result) answer;
+static ${name}_state own;
+static ${name}_result answer;
 
 int main(void)
 {
     uint32_t least = UINT32_MAX, most = 0, marker = 0;
     if (recorded_main() != 0)
         return 1;
-    JOIN(CORE, _init)(&own);
+    ${name}_init(&own);
     for (volatile uint32_t *word = &stack_bottom; word < &marker - 64; word++)
         *word = PAINT;
     for (int frame = 0; frame < FRAMES; frame++) {
         SYSTICK[1] = 0xFFFFFF;
         SYSTICK[2] = 0;
         SYSTICK[0] = 5;
-        JOIN(CORE, _step)(&own, codes[frame], &answer);
+        ${name}_step(&own, codes[frame], &answer);
         const uint32_t ticks = 0xFFFFFF - SYSTICK[2];
         least = ticks < least ? ticks : least;
         most = ticks > most ? ticks : most;
