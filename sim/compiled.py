@@ -3,7 +3,9 @@
 import ctypes
 import os
 import shutil
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -24,11 +26,14 @@ from tfra.runtime.store import Files, cache_directory, cached
 
 COMPILER = "gcc"
 INSTALL = "apt-get install gcc"
-_FLAGS = ("-std=c99", "-O3", "-march=native", "-shared", "-fPIC")
+_FLAGS = ("-std=c99", "-O3", "-march=native", "-ffp-contract=off", "-shared", "-fPIC")
+_LIBRARIES = ("-lm",)
 _LIBRARY = "core.so"
 
 _CALLS = Template("""\
 #include "$name.h"
+
+#include <math.h>
 
 static int64_t *copied(const ${name}_result *result, int64_t *words)
 {
@@ -45,6 +50,24 @@ void run(${name}_state *state, const ${name}_code *codes, int64_t frames, int64_
         words = copied(&result, words);
     }
 }
+
+int step(${name}_state *state, const double *stress, double *values)
+{
+    ${name}_code codes[${NAME}_TAXELS];
+    ${name}_result answer, *result = &answer;
+    const double top = $top;
+    for (int taxel = 0; taxel < ${NAME}_TAXELS; taxel++) {
+        const double code = rint(stress[taxel] / $lsb);
+        if (!isfinite(code))
+            return taxel + 1;
+        codes[taxel] = (${name}_code)(code > top ? top : code < -top - 1 ? -top - 1 : code);
+    }
+    ${name}_step(state, codes, result);
+    const double scale = ldexp(1, -result->exponent);
+    int place = 0;
+$measured
+    return 0;
+}
 """)
 
 _SHARE = 256
@@ -57,9 +80,25 @@ class Compiled:
     def __init__(self, design: Design) -> None:
         self.design = design
         self._code = np.dtype(f"i{size_of(design.adc.bits)}")
-        self._run: Any = _load(_built(design)).run
-        self._run.restype = None
-        self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p]
+        self._library = _load(_built(design))
+        self._run = self._function("run", None, 4)
+
+    def _function(self, name: str, result: Any, arguments: int) -> Any:
+        function = getattr(self._library, name)
+        function.restype, function.argtypes = result, [ctypes.c_void_p] * arguments
+        return function
+
+    def state(self) -> Any:
+        """Memory for one sequence of frames."""
+        return ctypes.create_string_buffer(ram_bytes(self.design))
+
+    def stepper(self) -> Callable[[int, int], int]:
+        """A function of the addresses of a frame's stress in Pa, of doubles row by row, and of its words in SI units.
+
+        Both are arrays of doubles, the second one as long as a result frame.  It returns 0, or the number of the first
+        taxel, from 1, that is not finite; stress beyond full scale is limited.
+        """
+        return partial(self._function("step", ctypes.c_int, 3), self.state())
 
     def words(self, codes: Ints) -> Ints:
         """Result words ``(n, frame_words)`` of converter ``codes (n, rows, columns)``.
@@ -76,8 +115,7 @@ class Compiled:
         return words
 
     def _part(self, codes: Ints, words: Ints) -> None:
-        state = ctypes.create_string_buffer(ram_bytes(self.design))
-        self._run(state, codes.ctypes.data, len(codes), words.ctypes.data)
+        self._run(self.state(), codes.ctypes.data, len(codes), words.ctypes.data)
 
 
 def _load(library: bytes) -> ctypes.CDLL:
@@ -90,9 +128,20 @@ def _built(design: Design) -> bytes:
     if not shutil.which(COMPILER):
         raise InputError(COMPILER, "", f"the engine c needs a C compiler: {INSTALL}")
     texts = core(design, sidecar(design))
-    texts["calls.c"] = _CALLS.substitute(name=design.name, NAME=design.name.upper(), gather=gathered(design))
+    texts["calls.c"] = _calls(design)
     key = digest(*texts.values(), *_FLAGS, _machine())
     return cached(cache_directory() / f"build-{design.name}-c-{key}", lambda: _compile(texts))[_LIBRARY]
+
+
+def _calls(design: Design) -> str:
+    return _CALLS.substitute(
+        name=design.name,
+        NAME=design.name.upper(),
+        gather=gathered(design),
+        top=(1 << (design.adc.bits - 1)) - 1,
+        lsb=repr(design.adc.lsb),
+        measured=gathered(design, si=True),
+    )
 
 
 def _machine() -> str:
@@ -107,7 +156,7 @@ def _compile(texts: dict[str, str]) -> Files:
         for name, text in texts.items():
             (folder / name).write_text(text)
         sources = [name for name in texts if name.endswith(".c")]
-        with running([COMPILER, *_FLAGS, "-o", _LIBRARY, *sources], folder) as process:
+        with running([COMPILER, *_FLAGS, "-o", _LIBRARY, *sources, *_LIBRARIES], folder) as process:
             output, _ = process.communicate()
         if process.returncode:
             raise ToolError(complaint(COMPILER, process.returncode, output))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,9 @@ from tfra.recordings.frames import Recording, read_as, read_recording
 from tfra.recordings.input import Coding, Input, Order, Sign, Unit
 from tfra.result import Result
 from tfra.runtime.errors import InputError, Notice, quoted
+
+if TYPE_CHECKING:
+    from tfra.stepper import Stepper
 
 EngineName = Literal["float", "fixed", "c", "rtl", "two-variable"]
 
@@ -148,6 +151,20 @@ class Sensor:
             raise InputError("Sensor.read", "", str(error)) from None
         with _keywords():
             return read_recording(path, self.array, self.adc, chosen)
+
+    def stepper(self) -> "Stepper":
+        """Return a function of one frame ``(rows, columns)`` in Pa, for control loops: the words of the core, compiled.
+
+            >>> sensor = tfra.load("examples/skin_8x12.toml")
+            >>> step = sensor.stepper()
+            >>> step(sensor.simulate()[0][3]).resultant.shape
+            (3,)
+
+        It has a state of its own.  Raises ``tfra.InputError`` without a C compiler.
+        """
+        from tfra.stepper import Stepper
+
+        return Stepper(self.project)
 
     def simulate(self, contacts: Sequence[Contact] | None = None) -> tuple[Floats, Truth]:
         """Simulate the array under ``contacts``, by default CONFIG's.

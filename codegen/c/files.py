@@ -16,6 +16,7 @@ from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.testbench import recorded
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import supported
+from tfra.model.fixed.layout import Field
 
 _LINE = 108
 """Characters of a line of numbers."""
@@ -173,18 +174,19 @@ def _test(design: Design, values: Mapping[str, object]) -> str:
     )
 
 
-def gathered(design: Design) -> str:
-    """Statements that copy ``result`` to ``words``, in the order of the core's stream."""
-    return "\n".join(_gathered(field.name, field.count, design.sensor.taxels) for field in design.layout)
+def gathered(design: Design, *, si: bool = False) -> str:
+    """Statements that copy ``result`` to ``words``, in the order of the core's stream.
+
+    With ``si`` they copy values in SI units to ``values``: a force times ``scale``, which is 2^-exponent.
+    """
+    return "\n".join(_gathered(field, design.sensor.taxels, si) for field in design.layout)
 
 
-def _gathered(name: str, count: int, taxels: int) -> str:
-    if count == 1:
-        return f"    words[place++] = result->{name};"
-    if count == 3:
-        return f"    for (int axis = 0; axis < 3; axis++)\n        words[place++] = result->{name}[axis];"
-    return (
-        "    for (int axis = 0; axis < 3; axis++)\n"
-        f"        for (int taxel = 0; taxel < {taxels}; taxel++)\n"
-        f"            words[place++] = result->{name}[axis][taxel];"
-    )
+def _gathered(field: Field, taxels: int, si: bool) -> str:
+    axes, place = "", f"result->{field.name}"
+    if field.count > 1:
+        axes, place = "    for (int axis = 0; axis < 3; axis++)\n    ", f"{place}[axis]"
+    if field.count > 3:
+        axes, place = f"{axes}    for (int taxel = 0; taxel < {taxels}; taxel++)\n        ", f"{place}[taxel]"
+    scaled = f"{place} * {field.lsb!r}{' * scale' if field.unit == 'N' else ''}"
+    return f"{axes}    {f'values[place++] = {scaled}' if si else f'words[place++] = {place}'};"

@@ -9,7 +9,7 @@ _SAVED = 1536
 
 
 def size_of(bits: int, signed: bool = True) -> int:
-    """Bytes of the shortest type that holds ``bits``: two or more if ``signed``, since C makes an int of shorter words."""
+    """Bytes of the shortest type that holds ``bits``: two or more if ``signed``, since C calculates with int."""
     return next(size for size in (1, 2, 4, 8) if bits <= 8 * size and size > signed)
 
 
