@@ -13,7 +13,7 @@ from tfra.sim.compiled import Compiled
 
 
 class Step(NamedTuple):
-    """The result of a frame: ``resultant (3,)`` and ``forces (3, rows, columns)`` in N, ``phi_deg``, ``mu``, ``status``.
+    """A frame: ``resultant (3,)`` and ``forces (3, rows, columns)`` in N, ``phi_deg``, ``mu`` and ``status``.
 
     ``forces`` is None from a core that leaves them out; ``status`` has the bits of ``tfra.Status``.
     """
