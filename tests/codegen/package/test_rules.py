@@ -59,7 +59,7 @@ def test_a_copied_folder_is_placed(tmp_path: Path) -> None:
     variables = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     command = [sys.executable, str(folder / "netlist" / "place.py"), "2", "40"]
     said = subprocess.run(command, env=variables, check=True, capture_output=True, text=True, cwd=tmp_path).stdout
-    found = re.findall(r"few_axi on ecp5-25-6, seed 2, aim 40.4 MHz: ([\d.]+) MHz\n", said)
+    found = re.findall(r"few_axi on ecp5-25-6, seed 2: ([\d.]+) MHz\n", said)
     build = folder / "netlist" / "build"
     report, netlist = (json.loads((build / f"{name}.json").read_text()) for name in ("report", "netlist"))
     (clock,) = report["fmax"].values()

@@ -17,8 +17,11 @@ static void estimate(state_t *state, const code_t codes[TAXELS], result_t *resul
     product_second(state->h1, state->sums2, state->read1);
     activation(UNITS2, state->sums2, state->h2);
     product_read(state->h2, state->read2);
-    for (int i = 0; i < 4 * 2; i++)
-        state->total[i] = frame.contact ? state->direct[i] + state->read1[i] + state->read2[i] : 0;
+    for (int i = 0; i < 4 * 2; i++) {
+        state->total[i] = 0;
+        if (frame.contact)
+            state->total[i] = state->direct[i] + state->read1[i] + state->read2[i];
+    }
     outputs(state->total, out);
 
     const resultant_t force = resultant(out);

@@ -43,9 +43,14 @@ static void estimate(state_t *state, const code_t codes[TAXELS], result_t *resul
     for (int axis = 0; axis < 3; axis++) {
         const bool kept = axis < 2 ? frame.regular : frame.contact;
         forces(products[axis], scalars[axis], state->n, state->plane);
-        for (int t = 0; t < TAXELS; t++)
-            result->forces[axis][t] = kept ? scaling(state->plane[t], &factor, factor.force_shift, &beyond) : 0;
-        result->resultant[axis] = kept ? scaling(total.words[axis], &factor, factor.resultant_shift, &beyond) : 0;
+        result->resultant[axis] = 0;
+        if (kept)
+            result->resultant[axis] = scaling(total.words[axis], &factor, factor.resultant_shift, &beyond);
+        for (int t = 0; t < TAXELS; t++) {
+            result->forces[axis][t] = 0;
+            if (kept)
+                result->forces[axis][t] = scaling(state->plane[t], &factor, factor.force_shift, &beyond);
+        }
     }
     result->exponent = (exponent_t)frame.exponent;
     result->sweep_index = (sweep_index_t)chosen.index;

@@ -38,8 +38,12 @@ static int sweep(const frame_t *frame, const vector_t p[TAXELS], const vector_t 
     vector_t opposite[TAXELS];
     wide_t b_z[CANDIDATES], b_xy[CANDIDATES];
     wide_t measured = 0;
-    for (int t = 0; t < TAXELS; t++)
-        x[t] = STEPS * ((candidate_t)p[t] - (negative ? q[t] : 0));
+    for (int t = 0; t < TAXELS; t++) {
+        candidate_t start = p[t];
+        if (negative)
+            start = start - q[t];
+        x[t] = STEPS * start;
+    }
     positive_sums(x, q, b_z);
     for (int t = 0; t < TAXELS; t++) {
         const candidate_t stress = (candidate_t)SWEEP_UNIT * frame->stress[t];

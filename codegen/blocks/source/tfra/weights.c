@@ -5,8 +5,10 @@ static void weights(const vector_t solution[4 * QUADS], bool regular, vector_t n
     vector_t taxels[4 * QUADS];
     butterfly(QUADS, solution, taxels);
     for (int q = 0; q < 4 * QUADS; q++) {
-        const wide_t weight = -round_shift(taxels[q], 2);
-        taxels[q] = (vector_t)(regular && weight < 0 ? 0 : weight);
+        wide_t weight = -round_shift(taxels[q], 2);
+        if (regular)
+            weight = positive(weight);
+        taxels[q] = (vector_t)weight;
     }
     butterfly(QUADS, taxels, n);
 }
