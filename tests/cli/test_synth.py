@@ -138,6 +138,7 @@ def test_what_is_done_is_shown_and_kept(
     assert (found["complete"], found["clock"]["median_mhz"]) == (True, CLOCK - 2)
 
 
+@pytest.mark.long
 def test_behind_its_buses(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The package's module with the core inside: one clock, no port of many bits, latency from stream to stream."""
     assert main([*SYNTH, "--package", "--seeds", "1", "--json"]) == 0

@@ -212,7 +212,8 @@ def test_the_testbench_passes(core, tmp_path):
     assert f"PASSED: {frames * design.frame_words} words compared, 0 differ" in output
 
 
-@pytest.mark.parametrize(("name", "target"), [("serial", "ice40"), *long(("even", "ecp5"))])
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "target"), [("serial", "ice40"), ("even", "ecp5")])
 def test_models_of_cells_are_beside_the_testbench(name, target, tmp_path):
     design = replace(DESIGNS[name], target=target)
     with few_frames():

@@ -100,8 +100,11 @@ def play(cache: Path, codes: Ints) -> Play:
     [
         ("icarus", "none", "none"),
         ("icarus", "random", "bursts"),
-        ("verilator", "none", "none"),
-        *long(("verilator", "random", "bursts"), *((simulator, *pair) for simulator in SIMULATORS for pair in MORE)),
+        *long(
+            ("verilator", "none", "none"),
+            ("verilator", "random", "bursts"),
+            *((simulator, *pair) for simulator in SIMULATORS for pair in MORE),
+        ),
     ],
 )
 def test_words_arrive(

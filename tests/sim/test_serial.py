@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
-from tests.marks import long
 from tfra.hdl.cores import as_serial, microarchitecture
 from tfra.hdl.serial import alu, datapath
 from tfra.hdl.serial.core import SerialCore
@@ -43,9 +42,10 @@ def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return builds
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("design", "target"),
-    [(DESIGN, "portable"), *long((DESIGN, "ice40"), (replace(LEARNED["2×3, forces"], name="learned"), "ice40"))],
+    [(DESIGN, "portable"), (DESIGN, "ice40"), (replace(LEARNED["2×3, forces"], name="learned"), "ice40")],
 )
 def test_verify(design: Design, target: str) -> None:
     """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""

@@ -98,8 +98,9 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("random", [7, *long(94)])
+@pytest.mark.parametrize("random", [7, 94])
 def test_a_good_core_passes(random: int) -> None:
     """Without stalls, the core gets every third frame; of many it shows the interval, too."""
     progress: list[tuple[int, int]] = []
@@ -188,6 +189,7 @@ def test_every_probe_shows_the_models_stage(cache: Path) -> None:
             np.testing.assert_array_equal(found, model.stages[Stage(stage)].reshape(1, -1), stage)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
     first = f"18'h{lane_images(DESIGN)[0, 0] & 0x3FFFF:05x}"

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.marks import long
 from tfra.families import TARGETS
 from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.fixed.design import Design
@@ -14,14 +15,14 @@ from tfra.synth.estimate import estimate, part_of
 SMALL = TfraDesign(
     SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4, 1), target="ecp5"
 )
-
+MORE_LANES = replace(SMALL, sensor=SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(24, 4))
 
 @pytest.mark.parametrize(
     ("design", "name"),
     [
         (SMALL, "ecp5-25-6"),
         # 24 lanes and those of other blocks are more than an ECP5-25 has.
-        (replace(SMALL, sensor=SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(24, 4)), "ecp5-45-6"),
+        *long((MORE_LANES, "ecp5-45-6")),
         (replace(SMALL, architecture=SERIAL, target="ice40"), "ice40up5k"),
         (replace(SMALL, architecture=SERIAL, target="portable"), "ecp5-25-6"),
     ],

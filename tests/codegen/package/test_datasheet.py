@@ -68,6 +68,7 @@ def test_every_beat_has_its_bits(sheet: tuple[Design, str]) -> None:
     assert f"A frame has {2 + design.frame_words} beats" in page
 
 
+@pytest.mark.long
 def test_the_clock_is_that_of_just_this_verilog(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Comments do not count; what was measured of another Verilog or another part is not stated."""
     clock = {"median_mhz": 123.4, "asked_mhz": 120.0, "seeds": [{"seed": 7, "mhz": 123.4}]}

@@ -23,7 +23,6 @@ from systemrdl.compiler import RDLCompiler
 
 from tests.codegen.cocotb_run import outcome
 from tests.hdl.bus.model import Access, Model, accesses, bits
-from tests.marks import long
 from tfra.codegen.registers.source import SOURCE, register_map
 from tfra.hdl.bus.map import Kind
 
@@ -127,9 +126,9 @@ def etana(simulator: str, folder: Path, script: Iterable[Access], source: Path =
     return outcome("tests.codegen.registers.test_etana", simulator, folder, "etana", "etana.sv")
 
 
-@pytest.mark.parametrize("simulator", ["icarus", *long("verilator")])
-def test_random_accesses(tmp_path: Path, simulator: str) -> None:
-    number = 300 if simulator == "icarus" else 2000
+@pytest.mark.long
+@pytest.mark.parametrize(("simulator", "number"), [("icarus", 300), ("verilator", 2000)])
+def test_random_accesses(tmp_path: Path, simulator: str, number: int) -> None:
     result = etana(simulator, tmp_path, accesses(MAP, random.Random(1), number))
     assert result["differ"] == []
     assert result["compared"] > number

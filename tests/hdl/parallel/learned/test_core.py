@@ -59,7 +59,8 @@ def test_a_single_frame_takes_the_stated_latency(seed):
     check_single_frame(design, codes_of(design, 2, seed)[1:])
 
 
-@pytest.mark.parametrize("forces", [False, *long(True)])
+@pytest.mark.long
+@pytest.mark.parametrize("forces", [False, True])
 def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
     design, rng = learned_design(3, 2, (3, 2), 7, taxel_forces=forces), random.Random(5)
     length = LearnedParallel(design).frame_latency
@@ -78,7 +79,8 @@ def test_coefficients_may_be_loaded(stall_in):
     assert [word["data"] for word in seen.values["result"]] == want.ravel().tolist()
 
 
-@pytest.mark.parametrize("forces", [False, *long(True)])
+@pytest.mark.long
+@pytest.mark.parametrize("forces", [False, True])
 def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
     """Of frames that are alone in the core."""
     design = learned_design(2, 3, (2, 1), 9, taxel_forces=forces)

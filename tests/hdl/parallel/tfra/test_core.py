@@ -73,7 +73,8 @@ def test_a_single_frame_takes_the_stated_latency(seed):
     check_single_frame(design, contact_codes(design, 1, seed))
 
 
-@pytest.mark.parametrize("seed", [4, *long(0, 14)])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [4, 0, 14])
 def test_products_begin_when_the_timeline_says(seed, monkeypatch):
     """The order of products that docs/studies/schedule.md describes is what the lanes do, cycle by cycle."""
     schedules = []
