@@ -36,14 +36,11 @@ def types(design: Design) -> dict[str, int]:
 
 
 def vectors(design: Design) -> dict[str, int]:
-    """Words of every vector between the blocks by its name."""
+    """Words of every vector between the stages by its name."""
     vector, taxels = 4 * design.quads, design.sensor.taxels
     if isinstance(design, LearnedDesign):
         units1, units2 = (4 * count for count in design.weights.counts)
-        of_forces = ("inverse", "p0", "shear_x", "shear_y") if design.taxel_forces else ()
-        found = {"b": vector, "sums1": units1, "h1": units1, "sums2": units2, "h2": units2}
-        found |= dict.fromkeys(("direct", "read1", "read2", "total"), 4 * 2)
-        return found | dict.fromkeys(of_forces, vector) | ({"p": taxels} if design.taxel_forces else {})
-    names = ("b", "c33_inv", "n", "c33", "c31", "c32", "e0", "e1", "normal0", "normal1", "d", "pinv1", "pinv2", "pinv3")
-    sums = {"sums_b": 4, "sums_n": 4 * 3}
-    return dict.fromkeys(names, vector) | sums | dict.fromkeys(("p", "q", "plane"), taxels)
+        of_forces = {"inverse": vector} if design.taxel_forces else {}
+        return of_forces | {"sums1": units1, "sums2": units2, "direct": 4 * 2, "read": 4 * 2}
+    names = ("b", "n", "kept_n", "c33", "e0", "e1", "kept_e0", "kept_e1")
+    return dict.fromkeys(names, vector) | {"sums": 4, "p": taxels, "q": taxels}

@@ -1,15 +1,14 @@
 // Block-floating input: a frame is shifted so that its largest code fills the word, and keeps its exponent.
 
 typedef struct {
-    code_t stress[TAXELS]; // code * 2^exponent
-    int exponent;
+    int exponent;          // stress is code * 2^exponent
     wide_t magnitude;      // sum of |stress| (Eq. 29)
     bool contact;          // a code is negative, and one reaches the contact threshold
     bool regular;          // both compression and traction: only such frames are swept
     bool saturated;        // a code is at an end of its range
 } frame_t;
 
-static void normaliser(const code_t codes[TAXELS], frame_t *frame)
+static void normaliser(const code_t codes[TAXELS], code_t stress[TAXELS], frame_t *frame)
 {
     const int top = (1 << (ADC_BITS - 1)) - 1;
     int needed = 0, lowest = 0, highest = 0;
@@ -23,9 +22,9 @@ static void normaliser(const code_t codes[TAXELS], frame_t *frame)
     const int factor = 1 << frame->exponent;
     magnitude_t sum = 0;
     for (int t = 0; t < TAXELS; t++) {
-        const int stress = codes[t] * factor;
-        frame->stress[t] = (code_t)stress;
-        sum += stress < 0 ? -stress : stress;
+        const int word = codes[t] * factor;
+        stress[t] = (code_t)word;
+        sum += word < 0 ? -word : word;
     }
     frame->magnitude = sum;
     frame->contact = lowest < 0 && (lowest < -CONTACT_THRESHOLD || highest >= CONTACT_THRESHOLD);

@@ -32,7 +32,8 @@ static void positive_sums(const candidate_t first[TAXELS], const vector_t step[T
     }
 }
 
-static int sweep(const frame_t *frame, const vector_t p[TAXELS], const vector_t q[TAXELS], bool negative)
+static int sweep(const code_t stress[TAXELS], int exponent, const vector_t p[TAXELS], const vector_t q[TAXELS],
+                 bool negative)
 {
     candidate_t x[TAXELS];
     vector_t opposite[TAXELS];
@@ -46,9 +47,9 @@ static int sweep(const frame_t *frame, const vector_t p[TAXELS], const vector_t 
     }
     positive_sums(x, q, b_z);
     for (int t = 0; t < TAXELS; t++) {
-        const candidate_t stress = (candidate_t)SWEEP_UNIT * frame->stress[t];
-        measured += positive(stress);
-        x[t] = stress - x[t];
+        const candidate_t found = (candidate_t)SWEEP_UNIT * stress[t];
+        measured += positive(found);
+        x[t] = found - x[t];
         opposite[t] = -q[t];
     }
     positive_sums(x, opposite, b_xy);
@@ -56,7 +57,7 @@ static int sweep(const frame_t *frame, const vector_t p[TAXELS], const vector_t 
     wide_t least = b_z[0];
     for (int k = 1; k < CANDIDATES; k++)
         least = b_z[k] < least ? b_z[k] : least;
-    const wide_t limit = least + TOLERANCE[frame->exponent];
+    const wide_t limit = least + TOLERANCE[exponent];
     wide_t best = -1;
     int index = 0;
     for (int k = 0; k < CANDIDATES; k++) {
