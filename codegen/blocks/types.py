@@ -15,6 +15,9 @@ INT = 32
 _STORED = ("code_t", "operand_t", "coefficient_t")
 """Words that are read for an int or a longer type, and may be shorter themselves."""
 
+_SCALARS = ("scalar", "division", "sums", "direction")
+"""Formats of what is no vector."""
+
 
 def types(design: Design) -> dict[str, int]:
     """Bits of every signed type by its name."""
@@ -29,6 +32,7 @@ def types(design: Design) -> dict[str, int]:
         "coefficient_t": max(signed_bits(int(np.abs(op.rows).max())) for op in operators),
         "accumulator_t": w.accumulator + w.alignment,
         "moment_t": w.moment + 1,
+        "scalar_t": 1 + max(map(design.formats.bits, _SCALARS)),
         "candidate_t": w.candidate,
         "wide_t": WIDE,
     }

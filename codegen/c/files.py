@@ -8,6 +8,7 @@ from string import Template
 from typing import Any
 
 from tfra.codegen.blocks.constants import constants
+from tfra.codegen.blocks.dialect import in_c
 from tfra.codegen.blocks.program import blocks
 from tfra.codegen.blocks.tables import Table, tables
 from tfra.codegen.blocks.types import types
@@ -128,7 +129,7 @@ def _source(design: Design, facts: Mapping[str, Any], values: Mapping[str, objec
         constants="\n".join(lines),
         types="\n".join(kinds),
         tables="\n".join(declared),
-        blocks="\n".join(blocks(design).values()),
+        blocks="\n".join(map(in_c, blocks(design).values())),
         front_end=_of_front_end(design, "front_end.c", values),
     )
 

@@ -35,6 +35,7 @@ static void operands(int count, const vector_t *x, int bits, operand_t *words, i
 }
 
 // One operator: quads results of count operand words in each parity, from the operand's parity ^ flip.
+//+ template <int quads, int count, int reuse>
 static void matvec(int quads, int count, const coefficient_t *rows, const operand_t *words, int flip, int point,
                    const int needed[4], vector_t *out)
 {
@@ -42,6 +43,7 @@ static void matvec(int quads, int count, const coefficient_t *rows, const operan
         const operand_t *plane = words + (p ^ flip) * count;
         const int shift = point - needed[p ^ flip];
         for (int i = 0; i < quads; i++) {
+            //+ #pragma HLS PIPELINE II=reuse
             const coefficient_t *row = rows + (p * quads + i) * count;
             accumulator_t sum = 0;
             for (int k = 0; k < count; k++)

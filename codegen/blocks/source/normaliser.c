@@ -19,10 +19,10 @@ static void normaliser(const code_t codes[TAXELS], code_t stress[TAXELS], frame_
         highest = code > highest ? code : highest;
     }
     frame->exponent = ADC_BITS - 1 - bit_length(needed);
-    const int factor = 1 << frame->exponent;
+    const int factor = 1 << frame->exponent; //+ const unsigned exponent = (unsigned)frame->exponent;
     magnitude_t sum = 0;
     for (int t = 0; t < TAXELS; t++) {
-        const int word = codes[t] * factor;
+        const int word = codes[t] * factor; //+ const int word = (int)((wide_t)codes[t] << exponent);
         stress[t] = (code_t)word;
         sum += word < 0 ? -word : word;
     }

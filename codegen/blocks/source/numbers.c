@@ -3,7 +3,7 @@
 // x * 2^places; places >= 0.
 static wide_t scale_up(wide_t x, int places)
 {
-    return x * ((wide_t)1 << places);
+    return x * ((wide_t)1 << places); //+ return x << (unsigned)places;
 }
 
 // x / 2^places rounded half up; negative places multiply.
@@ -11,9 +11,8 @@ static wide_t round_shift(wide_t x, int places)
 {
     if (places <= 0)
         return scale_up(x, -places);
-    if (places > 62)
-        places = 62;
-    return (x + ((wide_t)1 << (places - 1))) >> places;
+    const unsigned down = places > 62 ? 62u : (unsigned)places;
+    return (x + ((wide_t)1 << (down - 1))) >> down;
 }
 
 // x limited to a signed word of bits.
@@ -53,6 +52,7 @@ static int bit_length(wide_t x)
 {
     int length = 0;
     for (int step = 32; step; step >>= 1) {
+        //+ #pragma HLS UNROLL
         if ((x >> step) != 0) {
             x = x >> step;
             length += step;

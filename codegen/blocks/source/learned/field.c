@@ -1,7 +1,7 @@
 // Normal forces at the taxels: the second pass, none of them negative.
 
 // A scalar limited to the friction that the field may have.
-static wide_t bounded(wide_t scalar)
+static scalar_t bounded(scalar_t scalar)
 {
     if (scalar > MOST_FRICTION)
         return MOST_FRICTION;

@@ -1,16 +1,16 @@
 // Friction of the resultant (Eqs. 15, 16).
 
 typedef struct {
-    wide_t mu;
-    wide_t mu_x;
-    wide_t mu_y;
+    scalar_t mu;
+    scalar_t mu_x;
+    scalar_t mu_y;
     bool overflow; // one of them is limited
 } friction_t;
 
 // force / normal as a scalar, limited to the longest one; 0 of no force.
-static wide_t quotient(wide_t force, wide_t normal, bool *overflow)
+static scalar_t quotient(wide_t force, wide_t normal, bool *overflow)
 {
-    const wide_t top = ((wide_t)1 << (SCALAR - 1)) - 1;
+    const scalar_t top = ((scalar_t)1 << (SCALAR - 1)) - 1;
     if (force != 0 && magnitude(force) >= MU_LIMIT * normal) {
         *overflow = true;
         if (force < 0)
@@ -22,7 +22,7 @@ static wide_t quotient(wide_t force, wide_t normal, bool *overflow)
         return top;
     if (ratio < -top)
         return -top;
-    return ratio;
+    return (scalar_t)ratio;
 }
 
 // The tangential modulus is times the CORDIC gain.

@@ -15,7 +15,7 @@ static resultant_t resultant(const wide_t force[3])
     resultant_t total;
     const int needed = bit_length(significant(force[0]) | significant(force[1]) | significant(force[2]));
     for (int i = 0; i < 3; i++)
-        total.words[i] = block_normalize(force[i], needed, DIVISION);
+        total.words[i] = (scalar_t)block_normalize(force[i], needed, DIVISION);
     total.exponent = DIVISION - 1 - needed;
     return total;
 }

@@ -1,7 +1,7 @@
 // The resultant, shared among the taxels as their normal forces p: f = F p / sum of p.
 
 typedef struct {
-    wide_t mantissa[3];
+    scalar_t mantissa[3];
     int shift;  // a taxel's force is p * mantissa / 2^shift
     bool even;  // p is too small to tell anything: every taxel's is EVEN_WORD
 } share_t;
@@ -26,7 +26,7 @@ static void share(const resultant_t *total, const vector_t p[TAXELS], share_t *p
     const wide_t under = normalize(whole, length, DIVISION);
     for (int i = 0; i < 3; i++) {
         const wide_t ratio = divide(magnitude(total->words[i]), under, SCALAR - 1);
-        part->mantissa[i] = ratio < top ? ratio : top;
+        part->mantissa[i] = (scalar_t)(ratio < top ? ratio : top);
         if (total->words[i] < 0)
             part->mantissa[i] = -part->mantissa[i];
     }

@@ -1,8 +1,8 @@
 // Direction of the tangential force from the centroids of compression and traction (Eqs. 11, 19-22).
 
 typedef struct {
-    wide_t cos;
-    wide_t sin;
+    scalar_t cos;
+    scalar_t sin;
     bool sweep_y;   // mu_y is swept, else mu_x (Fig. 3)
     bool negative;  // towards smaller ones
     bool vanishing; // there is no direction
@@ -35,10 +35,10 @@ static direction_t centroids(const code_t codes[TAXELS])
     const wide_t y = block_normalize(v, needed, DIVISION) * PITCH_Y;
     needed = bit_length(significant(x) | significant(y));
     direction.vanishing = x == 0 && y == 0;
-    direction.cos = block_normalize(x, needed, DIRECTION);
+    direction.cos = (scalar_t)block_normalize(x, needed, DIRECTION);
     if (direction.vanishing)
-        direction.cos = ((wide_t)1 << (DIRECTION - 1)) - 1;
-    direction.sin = block_normalize(y, needed, DIRECTION);
+        direction.cos = ((scalar_t)1 << (DIRECTION - 1)) - 1;
+    direction.sin = (scalar_t)block_normalize(y, needed, DIRECTION);
     direction.sweep_y = magnitude(y) > magnitude(x);
     direction.negative = direction.sweep_y ? y < 0 : x < 0;
     return direction;

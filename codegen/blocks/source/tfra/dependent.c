@@ -1,11 +1,11 @@
 // The dependent friction mu_dep = alpha + beta * mu_ind (Eqs. 12, 17, 18), with cos and sin instead of tan.
 
 typedef struct {
-    wide_t alpha;
-    wide_t beta;
-    bool vanishing;     // the denominator
-    wide_t sums[3][3];  // A_pq of Eq. 12, normalised together
-    int needed;         // bits that these sums needed
+    scalar_t alpha;
+    scalar_t beta;
+    bool vanishing;       // the denominator
+    scalar_t sums[3][3];  // A_pq of Eq. 12, normalised together
+    int needed;           // bits that these sums needed
 } dependent_t;
 
 static void dependent(const vector_t b[4], const vector_t n[4 * 3], const direction_t *direction, bool regular,
@@ -23,11 +23,11 @@ static void dependent(const vector_t b[4], const vector_t n[4 * 3], const direct
     affine->needed = bit_length(any);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            affine->sums[i][j] = block_normalize(exact[i][j], affine->needed, SUMS);
+            affine->sums[i][j] = (scalar_t)block_normalize(exact[i][j], affine->needed, SUMS);
 
     wide_t u[3]; // u0, ux, -uy
     for (int j = 0; j < 3; j++)
-        u[j] = affine->sums[0][j] * direction->sin - affine->sums[1][j] * direction->cos;
+        u[j] = (wide_t)affine->sums[0][j] * direction->sin - (wide_t)affine->sums[1][j] * direction->cos;
     wide_t num0 = u[0], num1 = u[1], den = -u[2];
     if (direction->sweep_y) {
         num0 = -u[0];
@@ -43,7 +43,7 @@ static void dependent(const vector_t b[4], const vector_t n[4 * 3], const direct
     affine->alpha = 0;
     affine->beta = 0;
     if (regular && !affine->vanishing) {
-        affine->alpha = divide(num0, den, SCALAR_FRACTION);
-        affine->beta = divide(num1, den, SCALAR_FRACTION);
+        affine->alpha = (scalar_t)divide(num0, den, SCALAR_FRACTION);
+        affine->beta = (scalar_t)divide(num1, den, SCALAR_FRACTION);
     }
 }

@@ -100,7 +100,7 @@ static void choice(const coupled_t *coupled, const code_t stress[TAXELS], const 
 }
 
 // The forces along an axis; none of what is not kept.
-static void along(int axis, const vector_t product[4 * QUADS], wide_t scalar, const vector_t n[4 * QUADS], bool kept,
+static void along(int axis, const vector_t product[4 * QUADS], scalar_t scalar, const vector_t n[4 * QUADS], bool kept,
                   const chosen_t *chosen, result_t *result, wide_t *beyond)
 {
     vector_t plane[TAXELS];
@@ -128,7 +128,7 @@ static void components(const chosen_t *chosen, const vector_t e0[4 * QUADS], con
     product_force(d, pinv1, pinv2, pinv3);
     along(0, pinv1, found.mu_x, n, frame.regular, chosen, result, &beyond);
     along(1, pinv2, found.mu_y, n, frame.regular, chosen, result, &beyond);
-    along(2, pinv3, -((wide_t)1 << SCALAR_FRACTION), n, frame.contact, chosen, result, &beyond);
+    along(2, pinv3, -((scalar_t)1 << SCALAR_FRACTION), n, frame.contact, chosen, result, &beyond);
     result->exponent = (exponent_t)frame.exponent;
     result->sweep_index = (sweep_index_t)found.index;
     result->phi = 0;

@@ -1,6 +1,6 @@
 // Unscaled forces of the chosen candidate, at the taxels, of one plane: f = A-dagger d + scalar * n (Eqs. 7, 10, 28).
 
-static void forces(const vector_t product[4 * QUADS], wide_t scalar, const vector_t n[4 * QUADS],
+static void forces(const vector_t product[4 * QUADS], scalar_t scalar, const vector_t n[4 * QUADS],
                    vector_t plane[TAXELS])
 {
     vector_t folded[4 * QUADS], taxels[4 * QUADS];

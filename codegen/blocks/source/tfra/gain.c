@@ -1,7 +1,7 @@
 // |F*|, mu and the gain F_sens / F* (Eqs. 15, 29-31).
 
 typedef struct {
-    wide_t mantissa;
+    scalar_t mantissa;
     int force_shift;     // right shifts that bring a force, or a resultant, times the mantissa to result words
     int resultant_shift;
     wide_t mu;
@@ -26,7 +26,7 @@ static gain_t gain(const resultant_t *total, const frame_t *frame)
         const wide_t under = normalize(modulus, m_bits, DIVISION);
         const wide_t quotient = divide(over, under > 0 ? under : (wide_t)1, SCALAR - 1);
         const wide_t top = ((wide_t)1 << SCALAR) - 1;
-        factor.mantissa = quotient < top ? quotient : top;
+        factor.mantissa = (scalar_t)(quotient < top ? quotient : top);
         exponent = (SCALAR - 1) + (CORDIC - 3) + m_bits - n_bits - total->exponent;
         factor.mu = top_mu;
         if (!unbounded) {

@@ -6,15 +6,15 @@ static resultant_t resultant(const dependent_t *affine, const friction_t *chosen
     wide_t exact[3];
     wide_t any = 0;
     for (int i = 0; i < 3; i++) {
-        exact[i] = scale_up(affine->sums[i][0], SCALAR_FRACTION) + affine->sums[i][1] * chosen->mu_x
-                 + affine->sums[i][2] * chosen->mu_y;
+        exact[i] = scale_up(affine->sums[i][0], SCALAR_FRACTION) + (wide_t)affine->sums[i][1] * chosen->mu_x
+                 + (wide_t)affine->sums[i][2] * chosen->mu_y;
         if (i < 2 && !regular)
             exact[i] = 0;
         any |= significant(exact[i]);
     }
     const int needed = bit_length(any);
     for (int i = 0; i < 3; i++)
-        total.words[i] = block_normalize(exact[i], needed, DIVISION);
+        total.words[i] = (scalar_t)block_normalize(exact[i], needed, DIVISION);
     total.exponent = (SUMS - 1 - affine->needed) + SCALAR_FRACTION + (DIVISION - 1 - needed);
     return total;
 }
