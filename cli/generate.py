@@ -1,4 +1,4 @@
-"""``tfra generate``: the core in Verilog, or its estimator in C."""
+"""``tfra generate``: the core in Verilog, or its estimator in C or in C++ for HLS tools."""
 
 from dataclasses import asdict
 from enum import StrEnum
@@ -21,9 +21,10 @@ class Language(StrEnum):
 
     VERILOG = "verilog"
     C = "c"
+    HLS = "hls"
 
 
-Backend = Annotated[Language, typer.Option(help="Verilog for FPGAs, or C99 for PCs and microcontrollers.")]
+Backend = Annotated[Language, typer.Option(help="Verilog for FPGAs, C99 for PCs and microcontrollers, or C++ for Vitis HLS.")]
 
 
 def generate(

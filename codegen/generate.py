@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.c.files import files as c
+from tfra.codegen.hls.files import files as hls
 from tfra.codegen.package.contents import Part
 from tfra.codegen.package.folder import package
 from tfra.codegen.verilog.files import files as verilog
@@ -32,7 +33,7 @@ class Backend:
     """Further files around those given, for projects with the device; None where there are none."""
 
 
-BACKENDS = {"verilog": Backend(verilog, package), "c": Backend(c)}
+BACKENDS = {"verilog": Backend(verilog, package), "c": Backend(c), "hls": Backend(hls)}
 
 
 def generate(

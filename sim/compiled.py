@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from tfra.codegen.c.files import core, gathered
+from tfra.codegen.blocks.result import gathered
+from tfra.codegen.c.files import core
 from tfra.codegen.c.memory import ram_bytes, size_of
 from tfra.codegen.sidecar.build import sidecar
 from tfra.model.arrays import Ints

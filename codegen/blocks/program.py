@@ -23,7 +23,6 @@ _SHARED = (
     "combine",
     "cordic",
     "words",
-    "gain",
 )
 _BLOCKS: dict[type[Design], tuple[str, ...]] = {
     TfraDesign: (

@@ -1,5 +1,7 @@
 """The tables that the sources of the blocks read."""
 
+import textwrap
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +14,9 @@ from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.sweep import tolerance
 from tfra.model.fixed.widths import mu_grid
+
+_LINE = 108
+"""Characters of a line of numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,3 +55,8 @@ def tables(design: Design) -> list[Table]:
 
 def _table(name: str, values: Ints, text: str) -> Table:
     return Table(name, values, signed_bits(int(np.abs(values).max())), text)
+
+
+def numbers(values: Iterable[int]) -> str:
+    """Lines of an initialiser in C."""
+    return textwrap.fill(", ".join(map(str, values)), _LINE, initial_indent="    ", subsequent_indent="    ")

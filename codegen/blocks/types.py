@@ -5,6 +5,7 @@ import numpy as np
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.numbers import signed_bits
+from tfra.model.fixed.tfra.design import TfraDesign
 
 WIDE = 64
 """Bits of what has no type of its own: the model's integers, which are proven to fit 63."""
@@ -12,7 +13,7 @@ WIDE = 64
 INT = 32
 """Fewest bits of what is calculated with: C would make these of shorter words."""
 
-_STORED = ("code_t", "operand_t", "coefficient_t")
+_STORED = ("code_t", "operand_t", "coefficient_t", "step_t")
 """Words that are read for an int or a longer type, and may be shorter themselves."""
 
 _SCALARS = ("scalar", "division", "sums", "direction")
@@ -34,6 +35,7 @@ def types(design: Design) -> dict[str, int]:
         "moment_t": w.moment + 1,
         "scalar_t": 1 + max(map(design.formats.bits, _SCALARS)),
         "candidate_t": w.candidate,
+        "step_t": signed_bits(2 * design.candidates) if isinstance(design, TfraDesign) else 0,
         "wide_t": WIDE,
     }
     return {name: bits if name in _STORED else max(bits, INT) for name, bits in found.items() if bits > 1}

@@ -4,16 +4,24 @@
 // A term changes its sign once at most: a falling one counts up to one k, a rising one from one on.
 static void positive_sums(const candidate_t first[TAXELS], const vector_t step[TAXELS], wide_t sums[CANDIDATES])
 {
-    wide_t firsts[CANDIDATES + 1] = {0}, steps[CANDIDATES + 1] = {0};
+    wide_t firsts[CANDIDATES + 1], steps[CANDIDATES + 1];
     wide_t first_sum = 0, step_sum = 0;
-    wide_t change[TAXELS] = {0}; // candidates, of those from 0 on, with the sign of the first
-    for (int bit = SWEEP_HALF; bit; bit >>= 1)
-        for (int t = 0; t < TAXELS; t++) {
-            const wide_t more = change[t] + bit;
+    // Candidates, of those from 0 on, with the sign of the first.  C vectorises over taxels, a pipeline takes one a cycle.
+    wide_t change[TAXELS] = {0}; //+ step_t change[TAXELS];
+    for (int bit = SWEEP_HALF; bit; bit >>= 1) //+ for (int t = 0; t < TAXELS; t++) {
+        //+ #pragma HLS PIPELINE II=1
+        //+ change[t] = 0;
+        for (int t = 0; t < TAXELS; t++) { //+ for (int bit = SWEEP_HALF; bit; bit >>= 1) {
+            const wide_t more = change[t] + bit; //+ const step_t more = change[t] + bit;
             const wide_t value = first[t] + (more - 1) * step[t];
             const bool same = (step[t] > 0) == (value <= 0) && more <= CANDIDATES;
             change[t] = same ? more : change[t];
         }
+    //+ }
+    for (int k = 0; k < CANDIDATES + 1; k++) {
+        firsts[k] = 0;
+        steps[k] = 0;
+    }
     for (int t = 0; t < TAXELS; t++) {
         if (step[t] <= 0) {
             first_sum += first[t];
