@@ -24,7 +24,9 @@ class Language(StrEnum):
     HLS = "hls"
 
 
-Backend = Annotated[Language, typer.Option(help="Verilog for FPGAs, C99 for PCs and microcontrollers, or C++ for Vitis HLS.")]
+Backend = Annotated[
+    Language, typer.Option(help="Verilog for FPGAs, C99 for PCs and microcontrollers, or C++ for Vitis HLS.")
+]
 
 
 def generate(

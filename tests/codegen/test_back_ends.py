@@ -40,6 +40,6 @@ def test_generate_takes_a_back_end_by_name(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_an_unknown_back_end_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"^backend: vhdl: one of verilog, c is needed$"):
+    with pytest.raises(InputError, match=r"^backend: vhdl: one of verilog, c, hls is needed$"):
         generate(SERIAL_CORE, tmp_path / "core", backend="vhdl")
     assert not (tmp_path / "core").exists()

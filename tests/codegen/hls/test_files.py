@@ -1,13 +1,15 @@
 """HLS cores in C simulation: the words of the bit-accurate model, faults that are noticed, the schedule as stated."""
 
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.codegen.c.cases import SMALL, frames
-from tests.codegen.hls.csim import built, said
+from tests.codegen.hls.csim import built, headers, said
+from tests.codegen.package.made import write
 from tests.marks import long
 from tfra.codegen.config.read import load
 from tfra.codegen.hls.files import data, files
@@ -54,6 +56,20 @@ def test_recorded_frames_notice_a_wrong_table(case: str, tmp_path: Path) -> None
     wrong = re.sub(r"-?\d{3,}", lambda found: str(int(found[0]) ^ 64), texts[table][start:], count=1)
     texts[table] = texts[table][:start] + wrong
     assert re.match(r"frame \d+, word \d+, \w+: -?\d+, -?\d+ is right\n", said(built(tmp_path, texts, design.name), 1))
+
+
+def test_its_readme(tmp_path: Path) -> None:
+    """Its command for g++ is right but for the place of the headers, which it loads; every file is told of."""
+    design = SMALL["learned_4x6"]
+    texts = files(design)
+    write(tmp_path, texts)
+    (command,) = re.findall(r"^    (g\+\+ .*)$", texts["README.md"], re.M)
+    assert "hls4ml/hls4ml/templates/vivado/ap_types" in command
+    command = command.replace("hls4ml/hls4ml/templates/vivado/ap_types", str(headers()))
+    subprocess.run(command.split(), cwd=tmp_path, check=True, capture_output=True)
+    assert said(tmp_path / "csim").endswith("all right\n")
+    told = re.findall(r"`([\w./]+)`", texts["README.md"])
+    assert [name for name in texts if not any(name.startswith(one) for one in told)] == ["README.md"]
 
 
 FAULTS = """
