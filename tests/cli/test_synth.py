@@ -220,7 +220,7 @@ def test_size_in_the_guide(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 
 @pytest.mark.parametrize(
-    ("architecture", "images"), [('kind = "serial"', {}), *long(("mac_lanes = 4", {"images": "inline"}))]
+    ("architecture", "images"), long(('kind = "serial"', {}), ("mac_lanes = 4", {"images": "inline"}))
 )
 def test_size_of_a_serial_core(
     folder: Path, capsys: pytest.CaptureFixture[str], architecture: str, images: dict[str, str]

@@ -179,6 +179,7 @@ def test_given_frames_and_references() -> None:
         verify(DESIGN, frames, "icarus", references=known | {"mu_ref": np.zeros(3)})
 
 
+@pytest.mark.long
 def test_every_probe_shows_the_models_stage(cache: Path) -> None:
     """Of frames that are alone in the core: those that overlap would interleave at some probes."""
     for codes in (contact_codes(DESIGN, 1, 1), directed_codes(DESIGN)[:1], wild_codes(DESIGN, 1, 1)):

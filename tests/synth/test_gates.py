@@ -115,6 +115,7 @@ CHANGED = (
 )
 
 
+@pytest.mark.long
 def test_gates_of_other_sources_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     named, root, works = list[str](), Path(__file__).parents[2], Path.read_text
     monkeypatch.setattr(netlist, "cached", lambda place, make: named.append(place.name) or {"gates.v": b""})
@@ -134,6 +135,7 @@ def test_another_target_is_refused(tmp_path: Path) -> None:
         synthesised(replace(DESIGN, target="ecp5"), "ice40", tmp_path)
 
 
+@pytest.mark.long
 def test_failing_synthesis_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(FAMILIES, "ecp5", replace(FAMILIES["ecp5"], gates=Gates("synth_nothing -top {top}")))
     with pytest.raises(SimulationError, match=r"synthesis for ecp5: yosys failed: .*No such command: synth_nothing"):

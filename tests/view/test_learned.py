@@ -192,6 +192,7 @@ def test_the_resultant_alone_beside_forces_at_the_taxels(tab: Browser, folder: P
     assert tab.messages == []
 
 
+@pytest.mark.long
 def test_live_of_the_resultant_alone(tab: Browser, folder: Path, tmp_path: Path) -> None:
     of = project(tmp_path)
     (alone,), _ = read_all([folder / "alone.npz"])

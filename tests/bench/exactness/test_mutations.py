@@ -40,6 +40,7 @@ def test_changes(text: str, changed: list[str]) -> None:
     assert sorted(mutation.apply(text) for mutation in mutations(text)) == sorted(changed)
 
 
+@pytest.mark.long
 def test_every_file_has_its_share_of_other_programs() -> None:
     files = dict(sources())
     chosen = choose(files.items(), 200, seed=3)

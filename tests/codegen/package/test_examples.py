@@ -13,6 +13,7 @@ import pytest
 from tests.codegen.package.c_driver import SOURCES, STRICT
 from tests.codegen.package.test_drivers import beats, written
 from tests.codegen.package.test_simulated import DESIGN
+from tests.marks import long
 from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.verilog.emit import to_verilog
@@ -51,7 +52,7 @@ def board(folder: Path, design: Design) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("images", ["load", "inline"])
+@pytest.mark.parametrize("images", [*long("load"), "inline"])
 def test_the_example_in_c(tmp_path: Path, images: str) -> None:
     design = replace(DESIGN, images=images)
     lines = board(tmp_path, design)

@@ -74,8 +74,8 @@ def simulated(
 @pytest.mark.parametrize(
     ("simulator", "driver", "change"),
     [
-        ("icarus", "c", {}),
         *long(
+            ("icarus", "c", {}),
             ("icarus", "python", {}),
             ("verilator", "c", {"images": "inline", "bus": Bus(4)}),
             ("verilator", "python", {"architecture": SERIAL, "images": "inline", "bus": Bus(2)}),

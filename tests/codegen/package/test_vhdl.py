@@ -29,8 +29,8 @@ def top() -> str:
     ("stated", "other", "seen"),
     [
         ("", "", ""),
-        ("m_axis_tdata : out std_logic_vector(31", "m_axis_tdata : out std_logic_vector(30", "m_axis_tdata"),
         *long(
+            ("m_axis_tdata : out std_logic_vector(31", "m_axis_tdata : out std_logic_vector(30", "m_axis_tdata"),
             ("      irq : out std_logic", "      interrupt : out std_logic", "irq"),
             ("AT_CONTROL : natural := 64", "AT_CONTROL : natural := 65", "assertion failure"),
         ),

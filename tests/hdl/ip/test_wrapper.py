@@ -86,9 +86,8 @@ def test_latency(per_beat: int) -> None:
 
 SMALL = learned_design(2, 2, (1, 1), architecture=SERIAL)
 CORES = [
-    (SMALL, 0),
-    *long((replace(design(), architecture=SERIAL, bus=Bus(2)), 4), (design(), 20), (learned_design(2, 3, (3, 2)), 20)),
-    *long((learned_design(7, 7, (1, 1), lanes=64), 24)),
+    *long((SMALL, 0), (replace(design(), architecture=SERIAL, bus=Bus(2)), 4), (design(), 20)),
+    *long((learned_design(2, 3, (3, 2)), 20), (learned_design(7, 7, (1, 1), lanes=64), 24)),
 ]
 
 
@@ -206,6 +205,7 @@ def test_soft_reset_in_frames() -> None:
     assert whole == (0, bench.answer(50, 0, 9))
 
 
+@pytest.mark.long
 def test_soft_reset_at_every_phase_of_a_frame() -> None:
     """A frame leaves whole, ends with a word that no frame ends with, or leaves no word; the next one begins at 0."""
     bench, lengths = Bench(design()), set()

@@ -34,7 +34,7 @@ def test_every_word_equals_the_model(design, stall_in, stall_out):
     check_words(design, codes_of(design, 9, seed=1), stall_in=stall_in, stall_out=stall_out, seed=3)
 
 
-@pytest.mark.parametrize(("seed", "forces"), [(21, False), *long((20, True), (22, True), (23, True), (24, False))])
+@pytest.mark.parametrize(("seed", "forces"), long((21, False), (20, True), (22, True), (23, True), (24, False)))
 def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
     """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
     design = random_design(seed, taxel_forces=forces)
@@ -47,13 +47,13 @@ def test_timing_is_what_the_gateware_does(seed):
     check_timing(design, codes_of(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", [110, *long(104, *range(111, 119))])
+@pytest.mark.parametrize("seed", long(104, *range(110, 119)))
 def test_signals_with_word_lengths_of_their_own(seed):
     design = mixed_design(seed)
     check_timing(design, codes_of(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", [1, *long(2, 12)])
+@pytest.mark.parametrize("seed", long(1, 2, 12))
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     check_single_frame(design, codes_of(design, 2, seed)[1:])
@@ -68,7 +68,7 @@ def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
     check_resets(design, codes_of(design, 3, 9), interrupted, 1, rng)
 
 
-@pytest.mark.parametrize("stall_in", [flowing, bursts])
+@pytest.mark.parametrize("stall_in", [flowing, *long(bursts)])
 def test_coefficients_may_be_loaded(stall_in):
     design = learned_design(2, 3, (2, 1), 8, images="load", lanes=8)
     codes = codes_of(design, 5, 3)[3:]

@@ -61,7 +61,7 @@ def test_timing_is_what_the_gateware_does(seed):
     check_timing(design, contact_codes(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", [2, *long(0, 1, 3, 4, 6, 7, 8, 10, 12)])
+@pytest.mark.parametrize("seed", long(0, 1, 2, 3, 4, 6, 7, 8, 10, 12))
 def test_signals_with_word_lengths_of_their_own(seed):
     design = mixed_design(seed)
     check_timing(design, contact_codes(design, 6, seed))
