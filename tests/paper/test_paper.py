@@ -12,6 +12,7 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
+from tests.marks import long
 from tfra.cli.main import main
 from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
@@ -202,7 +203,7 @@ def test_two_runs_write_the_same_bytes(
 # The pages in a browser
 
 
-@pytest.mark.parametrize(("name", "figures"), [("index.html", 7), ("fig9.html", 1)])
+@pytest.mark.parametrize(("name", "figures"), [*long(("index.html", 7)), ("fig9.html", 1)])
 def test_page_loads(folder: Path, tmp_path: Path, name: str, figures: int) -> None:
     text = (folder / name).read_text()
     assert "<script" not in text

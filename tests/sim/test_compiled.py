@@ -9,6 +9,7 @@ import pytest
 
 from tests.codegen.c.cases import SMALL, frames
 from tests.hdl.parallel.designs import make
+from tests.marks import long
 from tfra.codegen.config.read import load
 from tfra.model.choices import Adc, Formats
 from tfra.model.fixed.design import Design
@@ -23,7 +24,7 @@ def example(name: str) -> Design:
     return load(EXAMPLES / f"{name}.toml").design
 
 
-@pytest.mark.parametrize("case", SMALL)
+@pytest.mark.parametrize("case", ["3x5", *long(*(case for case in SMALL if case != "3x5"))])
 def test_words(case: str) -> None:
     design = SMALL[case]
     codes = frames(design, 3000)

@@ -4,7 +4,6 @@ import ctypes
 import subprocess
 from ctypes import byref, c_int16, c_int32, c_uint8, c_uint16, c_uint32
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,11 +34,14 @@ def structure(taxels: int) -> type[ctypes.Structure]:
     return type("FrontEnd", (ctypes.Structure,), {"_fields_": [*names, ("repair_words", c_uint16), *private]})
 
 
-def built(design: Design, folder: Path) -> ctypes.CDLL:
+@pytest.fixture(scope="module", params=[8, 12, 16])
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Design, ctypes.CDLL]:
+    """A design for words of so many bits, and its library."""
+    design, folder = make(3, 4, bits=request.param), tmp_path_factory.mktemp("core")
     write(folder, files(design))
     command = ["gcc", "-O1", "-shared", "-fPIC", "-o", "core.so", f"{design.name}.c", f"{design.name}_tables.c"]
     subprocess.run(command, cwd=folder, check=True)
-    return ctypes.CDLL(str(folder / "core.so"))
+    return design, ctypes.CDLL(str(folder / "core.so"))
 
 
 def settings(rng: np.random.Generator) -> Settings:
@@ -64,12 +66,11 @@ def tables(rng: np.random.Generator, taxels: int) -> Tables:
     return Tables(rng.integers(-1 << 17, 1 << 17, taxels), gains, repairs)
 
 
-@pytest.mark.parametrize("bits", [8, 12, 16])
 @pytest.mark.parametrize("seed", range(8))
-def test_codes_and_faults(bits: int, seed: int, tmp_path: Path) -> None:
-    design, rng = make(3, 4, bits=bits), np.random.default_rng(seed)
+def test_codes_and_faults(made: tuple[Design, ctypes.CDLL], seed: int) -> None:
+    (design, library), rng = made, np.random.default_rng(seed)
     taxels, name = design.sensor.taxels, design.name
-    library, unit = built(design, tmp_path), structure(taxels)()
+    unit = structure(taxels)()
     step = getattr(library, f"{name}_front_end_step")
     getattr(library, f"{name}_front_end_init")(byref(unit))
     model = FrontEnd(design)

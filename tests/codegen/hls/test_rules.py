@@ -1,5 +1,7 @@
 """HLS tools' rules: the cores keep them, and each rule can be broken."""
 
+from functools import cache
+
 import pytest
 
 from tests.codegen.c.cases import SMALL
@@ -11,6 +13,7 @@ from tfra.codegen.hls.lanes import lane_constants
 from tfra.model.fixed.design import Design
 
 
+@cache
 def firmware(design: Design) -> dict[str, str]:
     return {name: text for name, text in files(design).items() if name.startswith("firmware/")}
 
@@ -66,7 +69,7 @@ def test_cores_keep_them(case: str) -> None:
 )
 def test_each_can_be_broken(file: str, old: str, new: str, complaint: str) -> None:
     design = SMALL["3x5"]
-    texts = firmware(design)
+    texts = dict(firmware(design))
     text = texts[f"firmware/{file}"]
     assert old in text
     texts[f"firmware/{file}"] = text.replace(old, new, 1)

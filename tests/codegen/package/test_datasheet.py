@@ -13,6 +13,7 @@ import pytest
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tests.codegen.package.made import PARALLEL, PART, SERIAL_CORE
+from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design as learned
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import CONTACTS, SEED, accuracy, datasheet
@@ -37,7 +38,7 @@ ANSWER = r"word comes ([\d.,]+) µs after .*? at ([\d,]+) frames a second, back 
 """Latency of a frame that is alone, the rate, and the latency at that rate."""
 
 
-@pytest.fixture(scope="module", params=DESIGNS)
+@pytest.fixture(scope="module", params=["serial", *long("parallel", "learned")])
 def sheet(request: pytest.FixtureRequest) -> tuple[Design, str]:
     design = DESIGNS[request.param]
     return design, datasheet(Contents(design, sidecar(design) | {"images": []}, {}, PART))["datasheet.html"]

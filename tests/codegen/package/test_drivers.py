@@ -21,6 +21,7 @@ from tests.codegen.package.c_driver import SOURCES, STRICT, CCore, compiled
 from tests.codegen.package.made import write
 from tests.codegen.package.test_simulated import DESIGN, frames
 from tests.hdl.bus.model import Model
+from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.package.drivers import HEADER, driver_files
 from tfra.codegen.registers.files import register_files
@@ -143,7 +144,7 @@ def answers(program: Path, sent: list[list[int]]) -> list[list[str]]:
     return [line.split() for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("design", [DESIGN, LEARNED, NO_FORCES], ids=["tfra", "learned", "no forces"])
+@pytest.mark.parametrize("design", [DESIGN, LEARNED, *long(NO_FORCES)], ids=["tfra", "learned", "no forces"])
 def test_frames(tmp_path: Path, design: Design) -> None:
     """Integers and units of C and of Python are those of the model's words and the layout's LSBs."""
     folder = written(tmp_path, design)

@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from tests.families.ecp5.netlists import mapped
 from tests.families.ecp5.test_copies import Lanes
+from tests.marks import long
 from tfra.families.ecp5 import prepare
 from tfra.families.ecp5.registers import absorb
 
@@ -81,7 +82,7 @@ def cells(block: wiring.Component, tmp_path: Path) -> tuple[int, list[dict[str, 
 
 
 @pytest.mark.parametrize(("stages", "left"), [(1, 0), (2, 36)])
-@pytest.mark.parametrize("enabled", [False, True])
+@pytest.mark.parametrize("enabled", [*long(False), True])
 def test_the_output_register_of_a_memory(stages: int, left: int, enabled: bool, tmp_path: Path) -> None:
     moved, (memory,), flipflops = cells(Store(stages, enabled), tmp_path)
     assert (moved, flipflops) == (36, left)
