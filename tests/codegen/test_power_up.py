@@ -141,6 +141,7 @@ endmodule
 """Reads CALIBRATION_VALUE and nothing before; only the page that is in use outlasts a reset."""
 
 
+@pytest.mark.long
 def test_calibration_value_before_a_place_is_chosen(tmp_path):
     choose("icarus")
     design = DESIGNS["serial"]

@@ -159,6 +159,7 @@ def test_the_core_of_a_target_equals_the_model(target: str, cache: Path) -> None
     assert (run.compared, run.mismatches) == (run.words.size, 0)
 
 
+@pytest.mark.long
 def test_a_target_has_instances(cache: Path) -> None:
     text = generated(replace(DESIGN, target="ecp5"), cache).verilog
     assert text.count("MULT18X18D #(") == 4

@@ -110,6 +110,7 @@ int main()
 """
 
 
+@pytest.mark.long
 def test_frames_of_a_wrong_length_are_counted_and_the_next_is_right(tmp_path: Path) -> None:
     design = SMALL["learned_4x6"]
     taxels = design.sensor.taxels

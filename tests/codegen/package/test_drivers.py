@@ -70,6 +70,7 @@ def library(package: Path) -> ctypes.CDLL:
     return compiled(package, DESIGN.name)
 
 
+@pytest.mark.long
 def test_the_driver_is_the_same_for_every_design() -> None:
     other = driver_files(replace(DESIGN, sensor=SensorArray(2, 4, 4e-3, 4e-3, 3e-3)))
     differ = {name for name, text in driver_files(DESIGN).items() if other[name] != text}

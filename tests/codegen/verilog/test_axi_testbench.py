@@ -19,6 +19,8 @@ from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.model.choices import Bus
 from tfra.model.fixed.design import Design
 
+pytestmark = pytest.mark.long
+
 SHORT = replace(PARALLEL, name="short", images="load", bus=Bus(2))
 KINDS = {
     **DESIGNS,
@@ -51,7 +53,6 @@ def test_it_passes(short: Path) -> None:
     assert compared(SHORT, run_testbench(short, "short_axi")) > 4
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", [*KINDS, *PRESETS])
 def test_it_passes_for_every_kind_and_preset(name: str, tmp_path: Path) -> None:
     design = KINDS[name] if name in KINDS else load(EXAMPLES / f"{name}.toml").design
