@@ -10,7 +10,6 @@ import pytest
 from tests.codegen.package.made import PARALLEL, write
 from tests.codegen.package.test_simulated import DESIGN
 from tests.codegen.test_generate import DESIGNS, EXAMPLES, PRESETS, change_word, few_frames, run_testbench
-from tests.marks import long
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.axi_testbench import axi_testbench
 from tfra.codegen.verilog.files import files
@@ -70,13 +69,11 @@ def test_a_wrong_word_is_noticed(short: Path, tmp_path: Path) -> None:
     ("file", "stated", "other", "seen"),
     [
         ("short.v", "assign result_data = ", "assign result_data = 1 ^ ", "frame 0, word 3"),
-        *long(
-            ("short_axi.v", "assign m_axis_tuser = ", "assign m_axis_tuser = 1 ^ ", "frame 0, word"),
-            ("short_axi.v", ".interrupt(irq)", ".interrupt()", "interrupt"),
-            ("short_axi.v", "54465241 >>", "54465240 >>", "register 0x00: 54465241 expected, 54465240 observed"),
-            ("testbench/short_axi_tb.v", "8'h68, 2", "8'h68, 3", "register 0x68: 00000003 expected, 00000002 observed"),
-            ("testbench/short_axi_tb.v", "write(8'h40", "write(8'h44", "register 0x44: error response"),
-        ),
+        ("short_axi.v", "assign m_axis_tuser = ", "assign m_axis_tuser = 1 ^ ", "frame 0, word"),
+        ("short_axi.v", ".interrupt(irq)", ".interrupt()", "interrupt"),
+        ("short_axi.v", "54465241 >>", "54465240 >>", "register 0x00: 54465241 expected, 54465240 observed"),
+        ("testbench/short_axi_tb.v", "8'h68, 2", "8'h68, 3", "register 0x68: 00000003 expected, 00000002 observed"),
+        ("testbench/short_axi_tb.v", "write(8'h40", "write(8'h44", "register 0x44: error response"),
     ],
 )
 def test_what_is_planted_is_noticed(short: Path, tmp_path: Path, file: str, stated: str, other: str, seen: str) -> None:
