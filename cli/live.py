@@ -14,7 +14,7 @@ from tfra.cli.common import Config, progress
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
 from tfra.cli.messages import print_error
 from tfra.codegen.config.core import check_core
-from tfra.engines import DOUBLE, Engine, codes, double, run
+from tfra.engines import DOUBLE, Engine, codes, estimator
 from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
@@ -62,13 +62,13 @@ def live(
         raise InputError("tfra live", "--rate", f"more than 0 frames a second are needed, up to 1e6, got {rate:g}")
     project = load(config)
     if engine not in DOUBLE:
-        check_core(project)
+        check_core(project)  # before a stream is opened
     project, name, frames = _frames(project, source, rate, given or {}, engine)
 
-    model = double(engine, project) if engine in DOUBLE else None
+    model = estimator(engine, project)
 
     def estimate(stress: Floats) -> Result:
-        return model(stress) if model else run(engine, project, stress, name)
+        return model(stress if engine in DOUBLE else codes(project, stress, name))
 
     def warn(fault: str) -> None:
         print_error(f"warning: {InputError(name, '', fault)}")

@@ -17,6 +17,7 @@ from tfra.runtime.errors import InputError
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats, Ints
+    from tfra.model.fixed.design import Design
     from tfra.model.tfra import Result
 
 CHUNK = 512  # frames between two steps of the progress bar
@@ -61,23 +62,48 @@ def run(
 
     from tfra.model.fixed.words import decode
 
+    model = estimator(engine, project)
     if engine in DOUBLE:
         if converted:
             frames = np.multiply(codes(project, frames, source), project.design.adc.lsb, dtype=np.float64)
-        return _in_chunks(double(engine, project), frames, advance)
+        return _in_chunks(model, frames, advance)
+    measured = codes(project, frames, source)
+    if engine is Engine.RTL:  # one simulation, which tells how far it is
+        from tfra.sim.run import simulate
+
+        return decode(project.design, simulate(project.design, measured, progress=advance).words)
+    return _in_chunks(model, measured, advance)
+
+
+def estimator(engine: Engine, project: Project) -> Callable[[Any], Result]:
+    """Return an engine for many calls: a function of frames ``(n, rows, columns)`` in Pa, or of the converter's codes.
+
+    Engines of ``DOUBLE`` take Pa.  Raises ``InputError`` as :func:`run`; what it returns raises as ``simulate``.
+    """
+    design = project.design
+    if engine in DOUBLE:
+        from tfra.model.two_variable import TwoVariable
+
+        return TwoVariable.of(design) if engine is Engine.TWO_VARIABLE else design.float_model
+    from tfra.model.fixed.words import decode
+
     check_core(project)
-    design, measured = project.design, codes(project, frames, source)
+    words = _words(engine, design)
+    return lambda given: decode(design, words(given))
+
+
+def _words(engine: Engine, design: Design) -> Callable[[Ints], Ints]:
+    """Result words of codes, by an engine that gives the core's."""
     if engine is Engine.RTL:
         from tfra.sim.run import simulate
 
-        return decode(design, simulate(design, measured, progress=advance).words)
+        return lambda given: simulate(design, given).words
     if engine is Engine.C:
         from tfra.sim.compiled import Compiled
 
-        compiled = Compiled(design)
-        return _in_chunks(lambda part: decode(design, compiled.words(part)), measured, advance)
+        return Compiled(design).words
     fixed = design.model
-    return _in_chunks(lambda part: decode(design, fixed(part).words), measured, advance)
+    return lambda given: fixed(given).words
 
 
 def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
@@ -89,14 +115,6 @@ def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale
         raise InputError(source, "", f"{error}{over_full_scale(project.design, frames, project.input)}") from None
-
-
-def double(engine: Engine, project: Project) -> Callable[[Floats], Result]:
-    """Return the model of one of the engines ``DOUBLE``: a function of frames ``(n, rows, columns)`` in Pa."""
-    from tfra.model.two_variable import TwoVariable
-
-    design = project.design
-    return TwoVariable.of(design) if engine is Engine.TWO_VARIABLE else design.float_model
 
 
 def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> Result:

@@ -32,6 +32,7 @@ from tfra.model.fixed.words import decode
 from tfra.model.metrics import rotation_deg
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import TIE, Result, Status, Tfra
+from tfra.sim.compiled import quickest
 from tfra.study.frames.block import Block, with_noise
 
 
@@ -133,7 +134,7 @@ class Cascade:
             Step.METHOD: self._method(search),
             Step.NOISE: self._noise(search, noise),
             Step.CONVERTER: self._converted[key],
-            Step.ARITHMETIC: decode(design, design.model.words(codes)),
+            Step.ARITHMETIC: decode(design, quickest(design)(codes)),
         }
 
     def _with_noise(self, noise: float | None) -> Block:

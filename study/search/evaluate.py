@@ -5,7 +5,7 @@ there is dropped.  Resources that need an elaborated core come last, and only on
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -22,6 +22,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Status
+from tfra.sim.compiled import quickest
 from tfra.study.errors.cascade import differences
 from tfra.study.errors.statistics import BEYOND
 from tfra.study.frames.block import Block, Part
@@ -79,9 +80,9 @@ class Sample:
         counted = status & ~int(Status.INPUT_SATURATED) == 0
         return cls(codes, block, counted, _magnitudes(block, result, counted))
 
-    def errors(self, design: TfraDesign) -> dict[str, Floats]:
-        """The same as ``exact``, of ``design``."""
-        return _magnitudes(self.block, decode(design, design.model(self.codes).words), self.counted)
+    def errors(self, design: TfraDesign, words: Callable[[Ints], Ints]) -> dict[str, Floats]:
+        """The same as ``exact``, of ``design``, whose model is ``words``."""
+        return _magnitudes(self.block, decode(design, words(self.codes)), self.counted)
 
 
 def _magnitudes(block: Block, result: Result, counted: Bools) -> dict[str, Floats]:
@@ -132,7 +133,8 @@ class Evaluation:
         """``CHANGE``, and the 95th percentile of each error that counts, on the first blocks of the part."""
         samples = [self._sample(design, number) for number in range(count)]
         exact = self._percentiles([sample.exact for sample in samples])
-        errors = self._percentiles([sample.errors(design) for sample in samples])
+        words = quickest(design)
+        errors = self._percentiles([sample.errors(design, words) for sample in samples])
         return {CHANGE: max(map(_change, exact.values(), errors.values())), **errors}
 
     def exact(self) -> dict[str, float]:
