@@ -28,7 +28,7 @@ def types(design: Design) -> dict[str, int]:
     found = {
         "code_t": w.stress,
         "magnitude_t": w.magnitude + 1,
-        "vector_t": max(w.vector, w.force),
+        "vector_t": 1 + max(w.vector, w.force, combined),
         "operand_t": max(design.operand_word, combined),
         "coefficient_t": max(signed_bits(int(np.abs(op.rows).max())) for op in operators),
         "accumulator_t": w.accumulator + w.alignment,

@@ -15,15 +15,22 @@ static wide_t round_product(wide_t sum, int places)
     return round_shift(sum, places);
 }
 
-// Operand words of a plane of a vector; returns the bits that it needed beside the sign.
+// Operand words of a plane of a vector, as block_normalize; returns the bits that it needed beside the sign.
 static int operand(int count, const vector_t *plane, int bits, operand_t *words)
 {
-    wide_t any = 0;
+    vector_t any = 0;
     for (int q = 0; q < count; q++)
-        any |= significant(plane[q]);
+        any |= plane[q] < 0 ? ~plane[q] : plane[q];
     const int needed = bit_length(any);
-    for (int q = 0; q < count; q++)
-        words[q] = (operand_t)block_normalize(plane[q], needed, bits);
+    const int shift = needed - (bits - 1);
+    const unsigned down = shift > 0 ? (unsigned)shift : 0u;
+    const vector_t factor = (vector_t)1 << (shift < 0 ? (unsigned)-shift : 0u);
+    const vector_t half = shift > 0 ? (vector_t)((vector_t)1 << (down - 1)) : 0;
+    const vector_t top = ((vector_t)1 << (bits - 1)) - 1;
+    for (int q = 0; q < count; q++) {
+        const vector_t word = (plane[q] * factor + half) >> down;
+        words[q] = (operand_t)(word > top ? top : word);
+    }
     return needed;
 }
 
