@@ -10,12 +10,13 @@ import pytest
 from tests.codegen.c.cases import SMALL, frames
 from tests.hdl.parallel.designs import make
 from tests.marks import long
+from tfra.codegen.c.shaped import shaped
 from tfra.codegen.config.read import load
 from tfra.model.choices import Adc, Formats
 from tfra.model.fixed.design import Design
 from tfra.runtime.errors import InputError
 from tfra.sim import compiled
-from tfra.sim.compiled import Compiled
+from tfra.sim.compiled import Compiled, Shaped, quickest
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -50,6 +51,20 @@ def test_words_of_a_hundred_thousand_frames(design: Design) -> None:
         np.testing.assert_array_equal(called.words(codes), design.model(codes).words, f"seed {seed}")
 
 
+@pytest.mark.parametrize("case", SMALL)
+def test_words_of_a_shape(case: str) -> None:
+    """What is built for one design gives the words of others, whose word lengths differ."""
+    design = SMALL[case]
+    codes = frames(design, 1000)
+    one = Shaped(design)
+    np.testing.assert_array_equal(one.words(codes), design.model(codes).words)
+    shorter = replace(design, formats=replace(design.formats, coefficient=design.formats.coefficient - 1))
+    assert shaped(shorter) == shaped(design)
+    other = Shaped(shorter)
+    np.testing.assert_array_equal(other.words(codes), shorter.model(codes).words)
+    np.testing.assert_array_equal(one.words(codes), design.model(codes).words)
+
+
 def test_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     called, codes = Compiled(SMALL["3x5"]), frames(SMALL["3x5"], 2000)
     words = called.words(codes)
@@ -78,5 +93,7 @@ def test_another_coefficient_is_noticed(case: str, monkeypatch: pytest.MonkeyPat
 
 def test_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "COMPILER", "no-such-gcc")
+    codes = frames(SMALL["2x2"], 30)
+    np.testing.assert_array_equal(quickest(SMALL["2x2"])(codes), SMALL["2x2"].model(codes).words)
     with pytest.raises(InputError, match=r"^no-such-gcc: the engine c needs a C compiler: apt-get install gcc$"):
         Compiled(SMALL["2x2"])

@@ -24,11 +24,13 @@ static int operand(int count, const vector_t *plane, int bits, operand_t *words)
     const int needed = bit_length(any);
     const int shift = needed - (bits - 1);
     const unsigned down = shift > 0 ? (unsigned)shift : 0u;
-    const vector_t factor = (vector_t)1 << (shift < 0 ? (unsigned)-shift : 0u);
-    const vector_t rounding = shift > 0 ? (vector_t)((vector_t)1 << (down - 1)) : 0;
+    const unsigned up = shift < 0 ? (unsigned)-shift : 0u;
+    const vector_t factor = (vector_t)1 << up; //+
+    const vector_t rounding = shift > 0 ? (vector_t)((vector_t)1 << (down - 1)) : (vector_t)0;
     const vector_t top = ((vector_t)1 << (bits - 1)) - 1;
     for (int q = 0; q < count; q++) {
-        const vector_t word = (plane[q] * factor + rounding) >> down;
+        const vector_t whole = plane[q] * factor; //+ const vector_t whole = plane[q] << up;
+        const vector_t word = (whole + rounding) >> down;
         words[q] = (operand_t)(word > top ? top : word);
     }
     return needed;
