@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from tests.cli.test_cli import refusal
+from tests.marks import long
 from tests.view.made import unpacked, write
 
 PATIENCE = 60.0
@@ -103,10 +104,11 @@ def test_standard_input(folder: Path) -> None:
         assert running.ended() == (0, totals, f"warning: standard input: {fault}\n")
 
 
-def test_a_connection_that_breaks(folder: Path) -> None:
+@pytest.mark.parametrize("engine", ["c", *long("fixed")])
+def test_a_connection_that_breaks(folder: Path, engine: str) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         name = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        with live(name, "--engine", "fixed") as running:
+        with live(name, "--engine", engine) as running:
             peer = server.accept()[0]
             peer.sendall((folder / "frames.csv").read_bytes() + b"1e9" + b",1" * 23 + b"\n")
             found = running.until(estimated=24, malformed=1)
