@@ -23,15 +23,17 @@ static int operand(int count, const vector_t *plane, int bits, operand_t *words)
         any |= plane[q] < 0 ? ~plane[q] : plane[q];
     const int needed = bit_length(any);
     const int shift = needed - (bits - 1);
-    const unsigned down = shift > 0 ? (unsigned)shift : 0u;
-    const unsigned up = shift < 0 ? (unsigned)-shift : 0u;
-    const vector_t factor = (vector_t)1 << up; //+
-    const vector_t rounding = shift > 0 ? (vector_t)((vector_t)1 << (down - 1)) : (vector_t)0;
-    const vector_t top = ((vector_t)1 << (bits - 1)) - 1;
-    for (int q = 0; q < count; q++) {
-        const vector_t whole = plane[q] * factor; //+ const vector_t whole = plane[q] << up;
-        const vector_t word = (whole + rounding) >> down;
-        words[q] = (operand_t)(word > top ? top : word);
+    if (shift <= 0) {
+        //+ const unsigned up = (unsigned)-shift;
+        for (int q = 0; q < count; q++)
+            words[q] = (operand_t)(plane[q] * ((vector_t)1 << -shift)); //+ words[q] = (operand_t)(plane[q] << up);
+    } else {
+        const unsigned down = (unsigned)shift;
+        const vector_t top = ((vector_t)1 << (bits - 1)) - 1;
+        for (int q = 0; q < count; q++) {
+            const vector_t word = (plane[q] + ((vector_t)1 << (down - 1))) >> down;
+            words[q] = (operand_t)(word > top ? top : word);
+        }
     }
     return needed;
 }
