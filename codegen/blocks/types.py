@@ -20,8 +20,8 @@ _SCALARS = ("scalar", "division", "sums", "direction")
 """Formats of what is no vector."""
 
 
-def types(design: Design) -> dict[str, int]:
-    """Bits of every signed type by its name."""
+def types(design: Design, fewest: int = INT) -> dict[str, int]:
+    """Bits of every signed type by its name, ``fewest`` of what is calculated with."""
     w = design.widths
     operators = (op for stack in design.stacks.values() for op in stack.operators)
     combined = design.formats.bits("operand.combine")
@@ -38,7 +38,7 @@ def types(design: Design) -> dict[str, int]:
         "step_t": signed_bits(2 * design.candidates) if isinstance(design, TfraDesign) else 0,
         "wide_t": WIDE,
     }
-    return {name: bits if name in _STORED else max(bits, INT) for name, bits in found.items() if bits > 1}
+    return {name: bits if name in _STORED else max(bits, fewest) for name, bits in found.items() if bits > 1}
 
 
 def vectors(design: Design) -> dict[str, int]:

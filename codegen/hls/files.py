@@ -94,8 +94,9 @@ def _defines(design: Design, values: Mapping[str, object]) -> str:
     for about, section in constants(design).items():
         lines += [f"// {about[0].upper()}{about[1:]}.", *(f"#define {key} {n}" for key, n in section.items())]
     fields = {field.name: (f"ap_{'' if field.signed else 'u'}int<{field.bits}>", field) for field in design.layout}
-    kinds = {key: "table_word" if key == "coefficient_t" else "ap_int" for key in types(design)}
-    declared = [f"typedef {kinds[key]}<{bits}> {key};" for key, bits in types(design).items()]
+    bits = types(design, fewest=0)
+    kinds = {key: "table_word" if key == "coefficient_t" else "ap_int" for key in bits}
+    declared = [f"typedef {kinds[key]}<{bits[key]}> {key};" for key in bits]
     declared += [f"typedef {fields[key][0]} {kind};" for key, kind in NAMED.items() if key in fields]
     return _filled(
         "defines.h",
