@@ -13,6 +13,7 @@ from tfra.codegen.blocks.result import NAMED, dimensions, gathered
 from tfra.codegen.blocks.tables import Table, numbers, tables
 from tfra.codegen.blocks.types import types
 from tfra.codegen.c.memory import c_type, ram_bytes, size_of, stack_bytes, state
+from tfra.codegen.c.steps import most_steps
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.testbench import recorded
 from tfra.model.fixed.design import Design
@@ -82,6 +83,7 @@ def _header(design: Design, facts: Mapping[str, Any], values: Mapping[str, objec
         lsb_pa=f"{design.adc.lsb:.6g}",
         code_type=c_type(design.adc.bits),
         products=f"{design.multiplications:,}",
+        steps=f"{most_steps(design):,}",
         fields="\n".join(map(_member, fields)),
         status="\n".join(_enumerated(facts["result"]["status_bits"], name)),
         scales="\n".join(scales),

@@ -112,18 +112,20 @@ def _value(expression: str, values: Mapping[str, int]) -> int:
     return int(eval(expression, {"__builtins__": {}}, dict(values)))
 
 
-def cycles(name: str, among: Mapping[str, Function], values: Mapping[str, int], counts: tuple[int, ...] = ()) -> int:
+def cycles(
+    name: str, among: Mapping[str, Function], values: Mapping[str, int], counts: tuple[int, ...] = (), each: int = 0
+) -> int:
     """Iterations that the function ``name`` with the ``counts`` of its template has one after the other.
 
-    A pipelined loop counts its iterations times their interval, one that is unrolled none, a choice its longest way.
-    Raises ``ValueError`` as :func:`trips`.
+    A pipelined loop counts its iterations times their interval, one that is unrolled none, a choice its longest way;
+    an iteration of a loop without a pragma counts what is in it, and ``each``.  Raises ``ValueError`` as :func:`trips`.
     """
     scope = dict(values) | dict(zip(among[name].names, counts, strict=True))
 
     def of(part: Block | Choice | Call) -> int:
         match part:
             case Call() if part.name in among:
-                return cycles(part.name, among, values, tuple(_value(e, scope) for e in part.arguments if e))
+                return cycles(part.name, among, values, tuple(_value(e, scope) for e in part.arguments if e), each)
             case Call():
                 return 0
             case Choice():
@@ -137,6 +139,6 @@ def cycles(name: str, among: Mapping[str, Function], values: Mapping[str, int], 
         for pragma in part.pragmas:
             if found := _PIPELINE.search(pragma):
                 return count * _value(found[1], scope)
-        return count * inside
+        return count * (each + inside)
 
     return of(among[name].body)

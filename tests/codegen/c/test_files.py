@@ -40,6 +40,23 @@ def test_the_core_checks_itself(case: str, build: str, tmp_path: Path) -> None:
     assert re.fullmatch(rf"{design.name}: \d\d frames, \d+ words, all right\n", said)
 
 
+@pytest.mark.parametrize("case", SMALL)
+def test_its_steps_are_counted(case: str, tmp_path: Path) -> None:
+    """No recorded frame has more iterations than the header says, and one has as many."""
+    design = SMALL[case]
+    texts = files(design)
+    core = re.sub(r"( for \(.*; )(?=[^;]*\)( \{)?$)", r"\1counted++, ", texts[f"{design.name}.c"], flags=re.M)
+    end = "    result->frame = state->frame++;\n"
+    assert core.count(end) == 1
+    core = core.replace(end, end + "    most = counted > most ? counted : most;\n    counted = 0;\n")
+    say = '__attribute__((destructor)) static void say(void)\n{\n    printf("%ld steps\\n", most);\n}\n'
+    texts[f"{design.name}.c"] = f"#include <stdio.h>\nstatic long counted, most;\n{say}{core}"
+    write(tmp_path, texts)
+    run(tmp_path, "gcc", "-o", "test", *sources(design))
+    (stated,) = re.findall(r"its loops (\S+) iterations at most", texts[f"{design.name}.h"])
+    assert f"\n{stated.replace(',', '')} steps\n" in run(tmp_path, "./test")
+
+
 @pytest.mark.parametrize("case", ["3x5", "learned_3x5"])
 def test_a_wrong_table_is_noticed(case: str, tmp_path: Path) -> None:
     design = SMALL[case]
