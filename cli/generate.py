@@ -39,11 +39,13 @@ def generate(
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them; or the same words in C.
 
     Prints the condition number of the sensor, and how often the core is expected to agree with double precision; with
-    --package, a warning if core and wrapper fit no part of its family.
+    --package, a warning if core and wrapper fit no part of its family, and for HLS if the tables do not fit the part of
+    its project files.
     """
     from tfra.codegen.config.names import check_packaged
     from tfra.codegen.config.read import load
     from tfra.codegen.generate import generate as write
+    from tfra.codegen.hls.files import misfit
     from tfra.codegen.verilog.wrapper import check_wrapped
     from tfra.model.fixed.feasibility import accuracy_estimate
     from tfra.runtime.outputs import check_directory
@@ -68,6 +70,8 @@ def generate(
         used = {name: count for name, (count, _) in part.resources.items()}
         if lacks := misfits(used, part.target, project.design.architecture.kind):
             typer.echo(f"warning: {InputError(config, '', '; '.join(lacks))}", err=True)
+    if backend is Language.HLS and (lacking := misfit(project.design)):
+        typer.echo(f"warning: {InputError(config, '', lacking)}", err=True)
     expected = accuracy_estimate(project.design)
     if json:
         print_json({**sidecar, "expected": asdict(expected)})

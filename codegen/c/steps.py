@@ -14,10 +14,9 @@ def most_steps(design: Design) -> int:
 
     They are counted in the blocks' C++, whose calls name the counts; the sweep has its loops in another order there.
     """
-    texts = sources(design)
-    texts |= {"sweep": in_c(text) for name, text in blocks(design).items() if name == "tfra/sweep"}
-    lines = "\n".join(texts.values()).splitlines()
+    lines = "\n".join(sources(design).values()).splitlines()
     found = functions("\n".join(line for line in lines if "#pragma" not in line))
+    found |= functions(in_c(blocks(design).get("tfra/sweep", "")))
     values = {name: n for section in constants(design).values() for name, n in section.items()}
     limited = design.sensor.taxels
     return limited + cycles("estimate", found, values | lane_constants(design), each=1)

@@ -23,6 +23,9 @@ from tfra.model.fixed.design import Design
 _PROJECT = {"part": "xc7z020clg400-1", "period": 10}
 """Part and clock period in ns of the project files: of boards that many have."""
 
+_BLOCK_MEMORY = 140 * 36 / 1024
+"""Mbit of this part's block memories."""
+
 
 def files(design: Design) -> dict[str, str]:
     """Text of every file by its name; raises ``ValueError`` as :func:`sidecar`, for formats that can overflow."""
@@ -38,6 +41,17 @@ def files(design: Design) -> dict[str, str]:
         "README.md": _filled("README.md", values, **_expected(design, firmware)),
         f"{name}.json": json.dumps(facts, indent=1) + "\n",
     }
+
+
+def misfit(design: Design) -> str:
+    """What the part of the project files certainly lacks; empty if nothing."""
+    needed = sum(table.values.size * table.bits for table in tables(design)) / 2**20
+    if needed <= _BLOCK_MEMORY:
+        return ""
+    return (
+        f"sensor: tables of {needed:.1f} Mbit are over the {_BLOCK_MEMORY:.1f} Mbit of block memory of "
+        f"{_PROJECT['part']}, which the project files name: give part= of a larger one"
+    )
 
 
 def data(frames: Ints) -> str:

@@ -244,6 +244,15 @@ def test_generate_c(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert not Path("other").exists()
 
 
+def test_tables_over_the_part_of_an_hls_project(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for rows, lacking in ((8, False), (24, True)):
+        Path("one.toml").write_text(SKIN.replace("rows = 5", f"rows = {rows}").replace("columns = 6", "columns = 24"))
+        assert main(["generate", "one.toml", "--backend", "hls", "--out", f"core{rows}"]) == 0
+        said = capfd.readouterr().err
+        assert ("warning: one.toml: sensor: tables of" in said) == lacking
+        assert ("xc7z020clg400-1" in said) == lacking
+
+
 def test_estimate_by_the_c_engine(folder: Path) -> None:
     for engine in ("fixed", "c"):
         assert main(["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", f"{engine}.npz"]) == 0
