@@ -8,9 +8,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 LIMITS: dict[str, tuple[Callable[[str], bool], int]] = {
-    "Python outside tests": (lambda name: name.endswith(".py") and not name.startswith("tests/"), 48_050),
-    "tests": (lambda name: name.endswith(".py") and name.startswith("tests/"), 31_450),
-    "docs": (lambda name: name.endswith(".md") and name.startswith("docs/"), 3_600),
+    "Python outside tests": (lambda name: name.endswith(".py") and not name.startswith("tests/"), 50_000),
+    "tests": (lambda name: name.endswith(".py") and name.startswith("tests/"), 33_000),
+    "docs": (lambda name: name.endswith(".md") and name.startswith("docs/"), 3_750),
     "README": (lambda name: name == "README.md", 120),
 }
 """What is counted, by the names of the files, and the most lines."""

@@ -1,0 +1,138 @@
+"""Finding the contacts of a frame: the highest peak, its region, and again until no peak is left.
+
+All of it is exact: sums, comparisons and one quotient of integers.  The same code takes codes of the converter, as
+the hardware does, and stress in Pa.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import IntFlag
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.model.arrays import Bools, Ints
+from tfra.model.skin.peaks import peaks
+from tfra.model.skin.regions import grown, regions, spans
+from tfra.model.skin.smoothing import GAIN, Number, smoothing
+from tfra.model.skin.windows import corners, places
+
+THRESHOLD_FRACTION = 8
+"""Fraction bits of the threshold in the comparison."""
+
+MOST = 64
+"""Largest number of contacts in a frame."""
+
+
+class Mark(IntFlag):
+    """What is special about a contact; its bits are above those of ``tfra.Status``."""
+
+    EDGE = 256
+    """The window reaches beyond the array."""
+    LARGE = 512
+    """The region reaches beyond the window."""
+    TOUCHING = 1024
+    """The region borders on that of a stronger contact."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """How contacts are told apart.
+
+    ``most`` contacts of a frame, the highest first; ``threshold``, the height of the lowest peak over that of the
+    frame's highest; ``gap``, how many taxels about a region belong to no other contact.
+
+    Raises ``ValueError`` that starts with the name of what is wrong.
+    """
+
+    most: int = 16
+    threshold: float = 0.04
+    gap: int = 2
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.most <= MOST:
+            raise ValueError(f"most: 1 to {MOST} is supported, got {self.most}")
+        if not (math.isfinite(self.threshold) and 1 <= self.word <= 1 << THRESHOLD_FRACTION):
+            raise ValueError(f"threshold: {2.0**-THRESHOLD_FRACTION:.2g} to 1 is supported, got {self.threshold}")
+        if not 0 <= self.gap <= 4:
+            raise ValueError(f"gap: 0 to 4 is supported, got {self.gap}")
+
+    @property
+    def word(self) -> int:
+        """The threshold as the comparison has it."""
+        return round(self.threshold * (1 << THRESHOLD_FRACTION))
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """k contacts in n frames, frame by frame, the highest peak of each first.
+
+    Of shape ``(k,)``: the ``frame``; ``row`` and ``column`` of the region's centroid in taxels with
+    ``PLACE_FRACTION`` bits; its number of ``taxels``; ``top`` and ``left``, the first row and column of the window; the
+    ``marks``.  ``dropped (n,)``: peaks that are left after as many contacts as there may be.
+    """
+
+    frame: Ints
+    row: Ints
+    column: Ints
+    taxels: Ints
+    top: Ints
+    left: Ints
+    marks: Ints
+    dropped: Ints
+
+    @property
+    def found(self) -> Ints:
+        """Contacts of every frame, ``(n,)``."""
+        return np.bincount(self.frame, minlength=len(self.dropped))
+
+    @property
+    def contact(self) -> Ints:
+        """Number of each contact in its frame, from zero, ``(k,)``."""
+        count = self.found
+        return np.asarray(np.arange(len(self.frame)) - np.repeat(np.cumsum(count) - count, count))
+
+
+def finding(choices: Finding, window: tuple[int, int], floor: float, frames: npt.NDArray[Number]) -> Found:
+    """The contacts in ``frames (n, rows, columns)``, negative under compression, with windows of the shape ``window``.
+
+    A peak below ``floor``, in units of the frames, is none.
+    """
+    smooth = smoothing(frames)
+    highest = smooth.max(axis=(1, 2), keepdims=True)
+    high_enough = smooth * (1 << THRESHOLD_FRACTION) >= highest * choices.word
+    candidates = peaks(smooth) & high_enough & (smooth >= floor * GAIN)
+    free = np.ones(smooth.shape, dtype=np.bool_)
+    rounds = [np.empty((len(_COLUMNS), 0), dtype=np.int64)]
+    for _ in range(choices.most):
+        heights = np.where(candidates, smooth, 0).reshape(len(frames), -1)
+        at = heights.argmax(axis=1)
+        height = heights[np.arange(len(at)), at]
+        which = np.flatnonzero(height > 0)
+        if not len(which):
+            break
+        high = 2 * smooth[which] >= height[which, None, None]
+        region, touching = regions(high, free[which], at[which])
+        rounds.append(_contacts(which, region, touching, window))
+        free[which] &= ~grown(region, choices.gap)
+        candidates &= free
+    together = np.concatenate(rounds, axis=1)
+    ordered = together[:, np.argsort(together[0], kind="stable")]
+    return Found(**dict(zip(_COLUMNS, ordered, strict=True)), dropped=candidates.sum(axis=(1, 2)))
+
+
+_COLUMNS = ("frame", "row", "column", "taxels", "top", "left", "marks")
+"""Fields of :class:`Found` that belong to a contact."""
+
+
+def _contacts(frame: Ints, region: Bools, touching: Bools, window: tuple[int, int]) -> Ints:
+    """One contact of each ``frame``, ``(7, k)`` in the order of ``_COLUMNS``."""
+    taxels, place, corner = region.sum(axis=(1, 2)), [], []
+    edge = large = np.zeros(len(frame), dtype=np.bool_)
+    for span, size, whole in zip(spans(region), window, region.shape[1:], strict=True):
+        place.append(places(span.total, taxels))
+        corner.append(corners(place[-1], size))
+        edge = edge | (corner[-1] < 0) | (corner[-1] + size > whole)
+        large = large | (span.first < corner[-1]) | (span.last >= corner[-1] + size)
+    marks = Mark.EDGE * edge + Mark.LARGE * large + Mark.TOUCHING * touching
+    return np.stack([frame, *place, taxels, *corner, marks])

@@ -1,0 +1,89 @@
+"""The words of a skin's core: a record for each contact, its header before the words of its window's core.
+
+A frame without contact has one record, whose window is zero and whose region has no taxel.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tfra.model.arrays import Ints
+from tfra.model.fixed.layout import COUNTER_BITS
+from tfra.model.fixed.words import decode
+from tfra.model.skin.finding import MOST, Found, Mark
+from tfra.model.skin.result import SkinResult, skin_result
+from tfra.model.skin.skin import Skin
+from tfra.model.skin.windows import PLACE_FRACTION, corners
+
+MARK_SHIFT = 8
+"""The lowest bit of a ``Mark``."""
+
+
+def header_bits(skin: Skin) -> dict[str, int]:
+    """Bits of the words in front of those of a window, all unsigned, by their names in order.
+
+    ``frame``; ``contact``, its number in the frame; ``last``: the frame has no further one; ``dropped``: peaks that are
+    left then, 0 before; ``row`` and ``column`` of the centroid; ``taxels`` of the region; ``marks``.
+    """
+    rows, columns = skin.sensor.rows, skin.sensor.columns
+    return {
+        "frame": COUNTER_BITS,
+        "contact": (MOST - 1).bit_length(),
+        "last": 1,
+        "dropped": (-(-rows // 2) * -(-columns // 2)).bit_length(),
+        "row": (rows - 1).bit_length() + PLACE_FRACTION,
+        "column": (columns - 1).bit_length() + PLACE_FRACTION,
+        "taxels": skin.sensor.taxels.bit_length(),
+        "marks": len(Mark),
+    }
+
+
+def records(skin: Skin, codes: Ints, words: Callable[[Ints], Ints]) -> Ints:
+    """Records ``(k, header + frame_words)`` of converter ``codes (n, rows, columns)``.
+
+    ``words`` are those of windows by the window's design; its frames are the windows, counted from zero.
+    """
+    found, cut = skin.find(codes)
+    empty = np.flatnonzero(found.found == 0)
+    ordered = np.argsort(np.concatenate([found.frame, empty]), kind="stable")
+
+    def every(each: Ints, otherwise: Ints | int = 0) -> Ints:
+        """A value of each record from those of the contacts, and those ``otherwise``."""
+        rest = np.broadcast_to(np.asarray(otherwise, dtype=np.int64), (len(empty), *each.shape[1:]))
+        return np.concatenate([each, rest])[ordered]
+
+    frame, contact = every(found.frame, empty), every(found.contact)
+    last = contact == np.maximum(found.found[frame] - 1, 0)
+    header = {
+        "frame": frame % (1 << COUNTER_BITS),
+        "contact": contact,
+        "last": last.astype(np.int64),
+        "dropped": np.where(last, found.dropped[frame], 0),
+        "row": every(found.row),
+        "column": every(found.column),
+        "taxels": every(found.taxels),
+        "marks": every(found.marks >> MARK_SHIFT),
+    }
+    return np.concatenate([np.stack([header[name] for name in header_bits(skin)], axis=1), words(every(cut))], axis=1)
+
+
+def decode_records(skin: Skin, given: Ints) -> SkinResult:
+    """The contacts of whole frames from their records ``(k, words)``; frames are numbered by their order."""
+    count = len(header_bits(skin))
+    header = dict(zip(header_bits(skin), given[:, :count].T, strict=True))
+    ends = header["last"] == 1
+    frame = np.cumsum(ends) - ends
+    there = header["taxels"] > 0
+    at = {name: header[name][there] for name in header}
+    rows, columns = skin.shape
+    found = Found(
+        frame=frame[there],
+        row=at["row"],
+        column=at["column"],
+        taxels=at["taxels"],
+        top=corners(at["row"], rows),
+        left=corners(at["column"], columns),
+        marks=at["marks"] << MARK_SHIFT,
+        dropped=header["dropped"][ends],
+    )
+    return skin_result(skin, found, decode(skin.window, given[there, count:]))

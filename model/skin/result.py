@@ -1,0 +1,59 @@
+"""What is known of the contacts of a skin: where they are, and the forces in their windows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.model.arrays import Floats, Ints
+from tfra.model.skin.finding import Found
+from tfra.model.skin.skin import Skin
+from tfra.model.skin.smoothing import Number
+from tfra.model.skin.windows import PLACE_FRACTION
+from tfra.model.tfra import Result
+
+
+@dataclass(frozen=True, eq=False)
+class SkinResult:
+    """k contacts in n frames.
+
+    Of shape ``(k,)``: the ``frame``, the number of the ``contact`` in it, ``x`` and ``y`` of the region's centroid in m
+    from the first taxel, ``taxels`` of the region, ``top`` and ``left``, the first row and column of the window.
+    ``windows`` has a frame for each contact; its status has the bits of ``Mark``, too.  ``found`` and ``dropped (n,)``:
+    contacts of each frame, and peaks beyond as many as there may be.
+    """
+
+    frame: Ints
+    contact: Ints
+    x: Floats
+    y: Floats
+    taxels: Ints
+    top: Ints
+    left: Ints
+    windows: Result
+    found: Ints
+    dropped: Ints
+
+
+def skin_result(skin: Skin, found: Found, windows: Result) -> SkinResult:
+    """The contacts that were ``found``, and the ``windows`` of each as an estimator sees them."""
+    step = 2.0**-PLACE_FRACTION
+    return SkinResult(
+        frame=found.frame,
+        contact=found.contact,
+        x=np.multiply(found.column, step * skin.sensor.pitch_x, dtype=np.float64),
+        y=np.multiply(found.row, step * skin.sensor.pitch_y, dtype=np.float64),
+        taxels=found.taxels,
+        top=found.top,
+        left=found.left,
+        windows=replace(windows, status=windows.status | found.marks),
+        found=found.found,
+        dropped=found.dropped,
+    )
+
+
+def estimate(skin: Skin, frames: npt.NDArray[Number], estimator: Callable[[npt.NDArray[Number]], Result]) -> SkinResult:
+    """Contacts of ``frames (n, rows, columns)``, their forces by the ``estimator`` of the windows."""
+    found, cut = skin.find(frames)
+    return skin_result(skin, found, estimator(cut))
