@@ -25,19 +25,19 @@ _CORTEX_M = ("cortex_m/start.c", "cortex_m/mps2_an500.ld", "cortex_m/measure.c")
 def files(design: Design) -> dict[str, str]:
     """Text of every file by its name; raises ``ValueError`` as :func:`sidecar`, for formats that can overflow."""
     facts, name = sidecar(design), design.name
-    values = _values(design, facts)
+    values = shared(design, facts)
     return core(design, facts) | {
         f"{name}_test.c": _test(design, values),
-        "CMakeLists.txt": _filled("CMakeLists.txt", values),
-        "README.md": _filled("README.md", values, front_end=_of_front_end(design, "front_end.md", values)),
+        "CMakeLists.txt": filled("CMakeLists.txt", values),
+        "README.md": filled("README.md", values, front_end=_of_front_end(design, "front_end.md", values)),
         f"{name}.json": json.dumps(facts, indent=1) + "\n",
-        **{file: _filled(file, values) for file in _CORTEX_M},
+        **{file: filled(file, values) for file in _CORTEX_M},
     }
 
 
 def core(design: Design, facts: Mapping[str, Any]) -> dict[str, str]:
     """Header, source and tables, with the sidecar's ``facts``."""
-    values, name = _values(design, facts), design.name
+    values, name = shared(design, facts), design.name
     return {
         f"{name}.h": _header(design, facts, values),
         f"{name}.c": _source(design, facts, values),
@@ -45,8 +45,8 @@ def core(design: Design, facts: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _values(design: Design, facts: Mapping[str, Any]) -> dict[str, object]:
-    """What the templates share."""
+def shared(design: Design, facts: Mapping[str, Any]) -> dict[str, object]:
+    """What the templates share, by its name there, with the sidecar's ``facts``."""
     return {
         "name": design.name,
         "NAME": design.name.upper(),
@@ -60,21 +60,22 @@ def _values(design: Design, facts: Mapping[str, Any]) -> dict[str, object]:
     }
 
 
-def _filled(file: str, values: Mapping[str, object], **more: object) -> str:
+def filled(file: str, values: Mapping[str, object], **more: object) -> str:
+    """The template ``file`` with ``values``, and ``more`` that only it has."""
     text = resources("tfra.codegen.c").joinpath("templates", file).read_text("utf-8")
     return Template(text).substitute(values, **more)
 
 
 def _of_front_end(design: Design, file: str, values: Mapping[str, object]) -> str:
     """A template of the front end; empty for a design that it can't be built for."""
-    return _filled(file, values) if supported(design) else ""
+    return filled(file, values) if supported(design) else ""
 
 
 def _header(design: Design, facts: Mapping[str, Any], values: Mapping[str, object]) -> str:
     fields, name = facts["result"]["fields"], str(values["NAME"])
     lsb = {f["name"]: f for f in fields if f["lsb"] != 1}
     scales = (f"#define {name}_{f['name'].upper()}_LSB {f['lsb']!r} // {f['unit']}" for f in lsb.values())
-    return _filled(
+    return filled(
         "core.h",
         values,
         rows=design.sensor.rows,
@@ -119,7 +120,7 @@ def _source(design: Design, facts: Mapping[str, Any], values: Mapping[str, objec
         f"extern {_declared(table, design.name)}; // {table.text}\n#define {table.name} {_global(table, design.name)}"
         for table in tables(design)
     )
-    return _filled(
+    return filled(
         "core.c",
         values,
         constants="\n".join(lines),
@@ -151,7 +152,7 @@ def _tables(design: Design, values: Mapping[str, object]) -> str:
 def _test(design: Design, values: Mapping[str, object]) -> str:
     codes = recorded(design)
     words = design.model(codes).words
-    return _filled(
+    return filled(
         "test.c",
         values,
         frames=len(codes),

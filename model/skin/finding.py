@@ -23,6 +23,9 @@ THRESHOLD_FRACTION = 8
 MOST = 64
 """Largest number of contacts in a frame."""
 
+LARGEST_GAP = 4
+"""Most taxels about a region that belong to no other contact."""
+
 
 class Mark(IntFlag):
     """What is special about a contact; its bits are above those of ``tfra.Status``."""
@@ -54,8 +57,8 @@ class Finding:
             raise ValueError(f"most: 1 to {MOST} is supported, got {self.most}")
         if not (math.isfinite(self.threshold) and 1 <= self.word <= 1 << THRESHOLD_FRACTION):
             raise ValueError(f"threshold: {2.0**-THRESHOLD_FRACTION:.2g} to 1 is supported, got {self.threshold}")
-        if not 0 <= self.gap <= 4:
-            raise ValueError(f"gap: 0 to 4 is supported, got {self.gap}")
+        if not 0 <= self.gap <= LARGEST_GAP:
+            raise ValueError(f"gap: 0 to {LARGEST_GAP} is supported, got {self.gap}")
 
     @property
     def word(self) -> int:

@@ -1,0 +1,224 @@
+"""A skin in C: the files of its window's core, what finds contacts and calls it, and a test of that."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tfra.codegen.blocks.result import gathered
+from tfra.codegen.blocks.tables import numbers
+from tfra.codegen.blocks.types import types
+from tfra.codegen.c.files import core, files, filled, shared
+from tfra.codegen.c.memory import c_type, ram_bytes, size_of, stack_bytes
+from tfra.codegen.sidecar.build import sidecar
+from tfra.model.arrays import Ints
+from tfra.model.skin.finding import LARGEST_GAP, MOST, THRESHOLD_FRACTION, Found, Mark
+from tfra.model.skin.records import MARK_SHIFT, header_bits
+from tfra.model.skin.skin import Skin
+from tfra.model.skin.smoothing import GAIN
+from tfra.model.skin.windows import PLACE_FRACTION
+
+_SEED = 1
+_CONES = 12
+"""Contacts of a recorded frame."""
+_FRAMES = 3
+"""Such frames."""
+_FRAME = 256
+"""Bytes of a stack for what is above the window's core."""
+
+_SINGLE = ("settings", "frame", "dropped")
+"""Members of the state that are no arrays."""
+
+_MEANINGS = {
+    "frame": "its frame's number, modulo 65536",
+    "contact": "its number in the frame, from 0",
+    "row": "row of the region's centroid, in taxels",
+    "column": "column of the region's centroid, in taxels",
+    "taxels": "taxels of the region",
+    "marks": "what is special about it",
+    "top": "first row of its window, may be beyond the array",
+    "left": "first column of its window, may be beyond the array",
+}
+_MARKS = {
+    Mark.EDGE: "the window reaches beyond the array",
+    Mark.LARGE: "the region reaches beyond the window",
+    Mark.TOUCHING: "the region borders on that of a stronger contact",
+}
+
+
+def skin_files(skin: Skin) -> dict[str, str]:
+    """Text of every file of ``skin`` by its name: those of its window's core among them; raises as :func:`files`."""
+    texts = files(skin.window)
+    values = _values(skin)
+    for name, added in (("CMakeLists.txt", "skin.cmake"), ("README.md", "skin.md")):
+        texts[name] += filled(added, values)
+    return texts | _sources(skin, values) | {f"{skin.window.name}_skin_test.c": _test(skin, values)}
+
+
+def skin_core(skin: Skin) -> dict[str, str]:
+    """Headers, sources and tables."""
+    return core(skin.window, sidecar(skin.window)) | _sources(skin, _values(skin))
+
+
+def skin_ram_bytes(skin: Skin) -> int:
+    """Bytes of the state."""
+    longest = size_of(types(skin.window)["vector_t"])
+    used = ram_bytes(skin.window) + sum(size * count for _, _, size, count in _members(skin))
+    return -(-used // longest) * longest
+
+
+def _sources(skin: Skin, values: dict[str, object]) -> dict[str, str]:
+    name = skin.window.name
+    return {
+        f"{name}_skin.h": filled("skin.h", values, **_header(skin)),
+        f"{name}_skin.c": filled("skin.c", values, **_source(skin)),
+    }
+
+
+def _values(skin: Skin) -> dict[str, object]:
+    """What the templates share."""
+    return shared(skin.window, sidecar(skin.window)) | {
+        "rows": skin.sensor.rows,
+        "columns": skin.sensor.columns,
+        "taxels": skin.sensor.taxels,
+        "most": skin.choices.most,
+        "ram": skin_ram_bytes(skin),
+        "stack": stack_bytes(skin.window) + _FRAME,
+    }
+
+
+def _header(skin: Skin) -> dict[str, object]:
+    name = skin.window.name.upper()
+    marks = (f"    {name}_{mark.name} = {mark >> MARK_SHIFT}, // {text}" for mark, text in _MARKS.items())
+    state = (
+        f"    {kind} {member};" if member in _SINGLE else f"    {kind} {member}[{words}];"
+        for kind, member, _, words in _members(skin)
+    )
+    return {
+        "largest_most": MOST,
+        "largest_gap": LARGEST_GAP,
+        "threshold_one": 1 << THRESHOLD_FRACTION,
+        "place_lsb": 2.0**-PLACE_FRACTION,
+        "fields": "\n".join(f"    {kind} {field}; // {_MEANINGS[field]}" for field, kind in _fields(skin).items()),
+        "marks": "\n".join(["enum {", *marks, "};"]),
+        "state": "\n".join([f"    {skin.window.name}_state window;", *state]),
+    }
+
+
+def _fields(skin: Skin) -> dict[str, str]:
+    """Types of a contact's fields."""
+    bits = header_bits(skin)
+    corner = max(skin.sensor.rows, skin.sensor.columns).bit_length() + 1
+    unsigned = {field: c_type(bits[field], signed=False) for field in bits if field in _MEANINGS}
+    return unsigned | {"top": c_type(corner), "left": c_type(corner)}
+
+
+def _members(skin: Skin) -> list[tuple[str, str, int, int]]:
+    """Type, name, bytes and words of every member of the state after the window's, the longest types first."""
+    rows, columns = skin.sensor.rows, skin.sensor.columns
+    code = size_of(skin.adc.bits)
+    index, count = _index_bits(skin), header_bits(skin)["dropped"]
+    index_type, index_size = c_type(index, signed=False), size_of(index, signed=False)
+    found = [
+        ("int32_t", "smooth", 4, (rows + 2) * (columns + 2)),
+        ("int32_t", "line", 4, columns + 2),
+        (index_type, "region", index_size, skin.sensor.taxels),
+        (index_type, "candidates", index_size, -(-rows // 2) * -(-columns // 2)),  # no two peaks are neighbours
+        (f"{skin.window.name}_code", "cut", code, skin.window.sensor.taxels),
+        (f"{skin.window.name}_finding", "settings", 2, 3),
+        ("uint16_t", "frame", 2, 1),
+        (c_type(count, signed=False), "dropped", size_of(count, signed=False), 1),
+        ("uint8_t", "use", 1, (rows + 2) * (columns + 2)),
+        ("uint8_t", "peak", 1, columns),
+    ]
+    return sorted(found, key=lambda member: -member[2])
+
+
+def _index_bits(skin: Skin) -> int:
+    """Bits of a taxel's index in the array with a border."""
+    return ((skin.sensor.rows + 2) * (skin.sensor.columns + 2)).bit_length()
+
+
+def _source(skin: Skin) -> dict[str, object]:
+    constants = {
+        "ROWS": skin.sensor.rows,
+        "COLUMNS": skin.sensor.columns,
+        "TAXELS": skin.sensor.taxels,
+        "CODE_TOP": (1 << (skin.adc.bits - 1)) - 1,
+        "LEAST": f"{max(1, GAIN * skin.adc.threshold)} // of a peak",
+        "THRESHOLD_FRACTION": THRESHOLD_FRACTION,
+        "PLACE_FRACTION": PLACE_FRACTION,
+        "LARGEST_GAP": LARGEST_GAP,
+        "MOST": skin.choices.most,
+        "THRESHOLD": skin.choices.word,
+        "GAP": skin.choices.gap,
+    }
+    stored = ((field, "found" if field == "marks" else field) for field in _fields(skin))
+    return {
+        "constants": "\n".join(f"#define {key} {value}" for key, value in constants.items()),
+        "index": c_type(_index_bits(skin), signed=False),
+        "peaks_type": c_type(header_bits(skin)["dropped"], signed=False),
+        "stored": "\n".join(
+            f"    contact->{field} = ({_fields(skin)[field]}){value};"
+            for field, value in stored
+            if field not in ("frame", "contact")
+        ),
+    }
+
+
+def _test(skin: Skin, values: dict[str, object]) -> str:
+    codes = _recorded(skin)
+    found, cut = skin.find(codes)
+    header = np.stack([np.asarray(each) for each in _header_of(found).values()], axis=1)
+    expected = np.concatenate([header, skin.window.model(cut).words], axis=1)
+    fields = [*enumerate(_fields(skin)), *((header.shape[1] + f.start, f"window.{f.name}") for f in skin.window.layout)]
+    counts = zip(found.found, found.dropped, strict=True)
+    return filled(
+        "skin_test.c",
+        values,
+        frames=len(codes),
+        contacts=len(expected),
+        words=expected.shape[1],
+        codes=",\n".join(f"    {{\n{numbers(frame.ravel())}}}" for frame in codes),
+        counts=",\n".join(f"    {{{contacts}, {dropped}}}" for contacts, dropped in counts),
+        expected=",\n".join(f"    {{\n{numbers(contact)}}}" for contact in expected),
+        names=",\n".join(f'    {{{first}, "{name}"}}' for first, name in fields),
+        header="\n".join(f"    words[place++] = contact->{field};" for field in _fields(skin)),
+        gather=gathered(skin.window),
+    )
+
+
+def _header_of(found: Found) -> dict[str, Ints]:
+    """What was ``found``, as a contact in C has it."""
+    return {field: getattr(found, field) for field in _MEANINGS} | {"marks": found.marks >> MARK_SHIFT}
+
+
+def _recorded(skin: Skin) -> Ints:
+    """Codes of the test's frames ``(n, rows, columns)``: contacts, none, all pressed, level peaks, some at a limit."""
+    half = 1 << (skin.adc.bits - 1)
+    shape = (skin.sensor.rows, skin.sensor.columns)
+    rows, columns = np.indices(shape)
+    apart = max(4, skin.choices.gap + 2)
+    pairs = (rows % apart == 0) & (columns % apart < 2)
+    single = pairs & (columns % apart == 0)
+    # A single taxel is smoothed to four times its code.
+    least = max(-(-half * skin.choices.word >> THRESHOLD_FRACTION), GAIN // 4 * skin.adc.threshold)
+    some = np.resize([half, least, least - 1], np.count_nonzero(single))
+    limit = np.zeros(shape, dtype=np.int64)
+    limit[single] = -some
+    none = np.zeros(shape, dtype=np.int64)
+    return np.stack([*_cones(skin), none, none - half, np.where(pairs, -half, 0), limit])
+
+
+def _cones(skin: Skin) -> Iterator[Ints]:
+    """Frames of contacts of any height and width, some of which touch, with traction around and noise."""
+    rng = np.random.default_rng(_SEED)
+    top = (1 << (skin.adc.bits - 1)) - 1
+    shape = (skin.sensor.rows, skin.sensor.columns)
+    for _ in range(_FRAMES):
+        codes = rng.integers(-top // 100, top // 20, shape)
+        for height in top // 2 ** rng.integers(0, 6, _CONES):
+            row, column = rng.integers(0, shape)
+            far = np.hypot(*(np.indices(shape) - np.array([row, column])[:, None, None]))
+            cone = height * np.maximum(0, 1 - far / rng.integers(1, 6))
+            codes = np.minimum(codes, -np.rint(cone).astype(np.int64))
+        yield codes
