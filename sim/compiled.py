@@ -34,18 +34,20 @@ _FLAGS = ("-std=c99", "-O3", "-march=native", *_WIDTH, "-ffp-contract=off", "-sh
 _LIBRARIES = ("-lm",)
 _LIBRARY = "core.so"
 
-_CALLS = Template("""\
-#include "$name.h"
-
-#include <math.h>
-
+_COPIED = Template("""
 static int64_t *copied(const ${name}_result *result, int64_t *words)
 {
     int place = 0;
 $gather
     return words + place;
 }
+""")
 
+_CALLS = Template("""\
+#include "$name.h"
+
+#include <math.h>
+$copied
 void run(${name}_state *state, const ${name}_code *codes, int64_t frames, int64_t *words)
 {
     ${name}_result result;
@@ -74,7 +76,7 @@ $measured
 }
 """)
 
-_SHARE = 256
+SHARE = 256
 """Frames that are worth a thread."""
 
 
@@ -84,7 +86,7 @@ class Compiled:
     def __init__(self, design: Design) -> None:
         self.design = design
         self._code = np.dtype(f"i{size_of(design.adc.bits)}")
-        self._library = _load(_built(design.name, core(design, sidecar(design)) | {"calls.c": _calls(design)}))
+        self._library = loaded(built(design.name, core(design, sidecar(design)) | {"calls.c": _calls(design)}))
         self._run = self._function("run", None, 4)
 
     def _function(self, name: str, result: Any, arguments: int) -> Any:
@@ -111,7 +113,7 @@ class Compiled:
         """
         given = np.ascontiguousarray(codes, dtype=self._code).reshape(-1, self.design.sensor.taxels)
         words = np.empty((len(given), self.design.frame_words), dtype=np.int64)
-        shares = max(1, min(len(os.sched_getaffinity(0)), -(-len(given) // _SHARE)))
+        shares = max(1, min(len(os.sched_getaffinity(0)), -(-len(given) // SHARE)))
         parts = zip(np.array_split(given, shares), np.array_split(words, shares), strict=True)
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(lambda part: self._part(*part), parts))
@@ -150,16 +152,18 @@ def quickest(design: Design) -> Callable[[Ints], Ints]:
 
 @cache
 def _shape(text: str) -> ctypes.CDLL:
-    return _load(_built("shape", {"shape.c": text}))
+    return loaded(built("shape", {"shape.c": text}))
 
 
-def _load(library: bytes) -> ctypes.CDLL:
+def loaded(library: bytes) -> ctypes.CDLL:
+    """The functions of a ``library``."""
     with scratch(temporary()) as folder:
         (folder / _LIBRARY).write_bytes(library)
         return ctypes.CDLL(str(folder / _LIBRARY))
 
 
-def _built(name: str, texts: dict[str, str]) -> bytes:
+def built(name: str, texts: dict[str, str]) -> bytes:
+    """The library of sources and headers, from the cache if it is there; raises ``InputError`` without a compiler."""
     if not shutil.which(COMPILER):
         raise InputError(COMPILER, "", f"the engine c needs a C compiler: {INSTALL}")
     key = digest(*texts.values(), *_FLAGS, _machine())
@@ -170,11 +174,16 @@ def _calls(design: Design) -> str:
     return _CALLS.substitute(
         name=design.name,
         NAME=design.name.upper(),
-        gather=gathered(design),
+        copied=copied(design),
         top=(1 << (design.adc.bits - 1)) - 1,
         lsb=repr(design.adc.lsb),
         measured=gathered(design, si=True),
     )
+
+
+def copied(design: Design) -> str:
+    """The C of a function that copies a result to words, and returns where they end."""
+    return _COPIED.substitute(name=design.name, gather=gathered(design))
 
 
 def _machine() -> str:
