@@ -22,8 +22,8 @@ _CONES = 12
 """Contacts of a recorded frame."""
 _FRAMES = 3
 """Such frames."""
-_FRAME = 256
-"""Bytes of a stack for what is above the window's core."""
+_FRAMES_OF_CALLS = 256
+"""Bytes of a stack for the functions that find contacts."""
 
 _SINGLE = ("settings", "frame", "dropped")
 """Members of the state that are no arrays."""
@@ -66,6 +66,11 @@ def skin_ram_bytes(skin: Skin) -> int:
     return -(-used // longest) * longest
 
 
+def skin_stack_bytes(skin: Skin) -> int:
+    """A bound for the stack."""
+    return stack_bytes(skin.window) + _FRAMES_OF_CALLS
+
+
 def _sources(skin: Skin, values: dict[str, object]) -> dict[str, str]:
     name = skin.window.name
     return {
@@ -82,7 +87,7 @@ def _values(skin: Skin) -> dict[str, object]:
         "taxels": skin.sensor.taxels,
         "most": skin.choices.most,
         "ram": skin_ram_bytes(skin),
-        "stack": stack_bytes(skin.window) + _FRAME,
+        "stack": skin_stack_bytes(skin),
     }
 
 

@@ -49,6 +49,16 @@ def test_records(case: str) -> None:
     np.testing.assert_array_equal(called(case).words(codes), modelled(SKINS[case], codes))
 
 
+def test_frames_have_all_that_is_special() -> None:
+    """Every mark, alone and together; frames without contact, with one, and with more peaks than there may be."""
+    skin = SKINS["12x20"]
+    found, _ = skin.find(frames(skin, 1000))
+    assert set(found.marks.tolist()) == {256 * marks for marks in range(8)}
+    assert set(found.found.tolist()) == set(range(skin.choices.most + 1))
+    assert (found.dropped > 0).any()
+    assert found.taxels.max() == skin.sensor.taxels
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("case", HUNDRED_THOUSAND)
 def test_records_of_a_hundred_thousand_frames(case: str) -> None:

@@ -10,8 +10,8 @@ from tests.codegen.c.skins import SKINS
 from tests.codegen.c.test_files import BUILDS, WARNINGS, run
 from tests.codegen.package.made import write
 from tfra.codegen.c.files import files
-from tfra.codegen.c.memory import ram_bytes
-from tfra.codegen.c.skin import skin_files, skin_ram_bytes
+from tfra.codegen.c.memory import ram_bytes, stack_bytes
+from tfra.codegen.c.skin import skin_files, skin_ram_bytes, skin_stack_bytes
 from tfra.model.skin.skin import Skin
 
 
@@ -36,7 +36,8 @@ def test_the_core_of_its_window_is_as_without_a_skin() -> None:
     assert {name for name in alone if texts[name] != alone[name]} == {"CMakeLists.txt", "README.md"}
     assert all(texts[name].startswith(alone[name]) for name in alone)
     assert skin_ram_bytes(skin) > ram_bytes(skin.window) + 5 * skin.sensor.taxels
-    assert f"RAM: {skin_ram_bytes(skin)} bytes, the state." in texts[f"{skin.window.name}_skin.h"]
+    stated = f"RAM: {skin_ram_bytes(skin)} bytes, the state.  Stack: {skin_stack_bytes(skin)} bytes"
+    assert stated in texts[f"{skin.window.name}_skin.h"]
 
 
 @pytest.mark.parametrize(
@@ -91,3 +92,17 @@ def test_other_processors_by_compilation(case: str, tmp_path: Path) -> None:
     name = skin.window.name
     for command in re.findall(r"^    ((?:arm|riscv).* -c .*)$", texts["README.md"], re.M):
         run(tmp_path, *command.split(), f"{name}_skin.c", "-Wall", "-Wextra", "-Werror")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("level", ["-Os", "-O2", "-O3"])
+def test_contacts_and_stack_on_a_cortex_m7(level: str, tmp_path: Path) -> None:
+    skin = SKINS["12x20"]
+    texts = skin_files(skin)
+    write(tmp_path, texts)
+    *_, build, emulate = re.findall(r"^    ((?:arm|qemu)-.*)$", texts["README.md"], re.M)
+    run(tmp_path, *build.replace("-O2", level).split(), "-fstack-usage")
+    assert run(tmp_path, *emulate.split()).endswith(" contacts, all right\n")
+    (usage,) = tmp_path.glob("*_skin.su")
+    used = [int(line.split("\t")[1]) for line in usage.read_text().splitlines()]
+    assert sum(used) <= skin_stack_bytes(skin) - stack_bytes(skin.window)
