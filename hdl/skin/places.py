@@ -24,7 +24,7 @@ class Places(wiring.Component):
     """
 
     def __init__(self, skin: Skin) -> None:
-        self._whole = max(row(skin).width, column(skin).width)
+        self._whole: int = max(row(skin).width, column(skin).width)
         self._axes = list(zip(skin.shape, (skin.sensor.rows, skin.sensor.columns), strict=True))
         super().__init__(
             {
