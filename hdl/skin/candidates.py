@@ -31,22 +31,20 @@ class Candidates(wiring.Component):
     def __init__(self, skin: Skin) -> None:
         self._peak, self._height, self._depth = peak(skin), height(skin), most_peaks(skin)
         self._count = counter_shape(self._depth)
-        super().__init__(
-            {
-                "i": In(always_ready_stream(self._peak)),
-                "ends": In(1),  # pulse, with the last peak or later: the frame is complete ...
-                "highest": In(self._height),  # ... and this is its largest height
-                "threshold": In(SETTINGS.members["threshold"].shape),
-                "waiting": Out(1),  # a frame is complete
-                "begin": In(1),  # pulse: turn to it
-                "settled": Out(1),  # a search may start
-                "search": In(1),  # pulse
-                "searched": Out(1),  # pulse: the next ones are known
-                "left": Out(self._count),  # peaks that are free and high enough
-                "best": Out(self._peak),  # the highest of them; of equal ones the first
-                "taken": Out(bitmap(skin)),  # taxels that are not free
-            }
-        )
+        super().__init__({
+            "i": In(always_ready_stream(self._peak)),
+            "ends": In(1),  # pulse, with the last peak or later: the frame is complete ...
+            "highest": In(self._height),  # ... and this is its largest height
+            "threshold": In(SETTINGS.members["threshold"].shape),
+            "waiting": Out(1),  # a frame is complete
+            "begin": In(1),  # pulse: turn to it
+            "settled": Out(1),  # a search may start
+            "search": In(1),  # pulse
+            "searched": Out(1),  # pulse: the next ones are known
+            "left": Out(self._count),  # peaks that are free and high enough
+            "best": Out(self._peak),  # the highest of them; of equal ones the first
+            "taken": Out(bitmap(skin)),  # taxels that are not free
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

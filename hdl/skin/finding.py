@@ -31,26 +31,24 @@ class Finding(wiring.Component):
     BLANK   sends a region without taxels of a frame without contact, when the one before has been taken
     ======  ==================================================================================================
 
-    A frame of the array's R rows takes R + 15 cycles and, for each contact, about 30, one for each candidate, seven for
-    each taxel of its region, and ``5 + 3 gap`` for each of its rows.
+    A frame of the array's R rows takes R + 15 cycles and, for each contact, about 30, one for each candidate, seven to
+    nine for each taxel of its region, and ``5 + 3 gap`` for each of its rows.
     """
 
     def __init__(self, skin: Skin) -> None:
         self._rows, self._columns = skin.sensor.rows, skin.sensor.columns
         self._candidates, self._regions, self._grown = Candidates(skin), Regions(skin), Grown(skin)
-        super().__init__(
-            {
-                "settings": In(SETTINGS),
-                "i": In(always_ready_stream(peak(skin))),
-                "ends": In(1),  # see ``Peaks``
-                "highest": In(height(skin)),
-                "page": Out(range(PAGES)),  # of the frame that is searched
-                "place": Out(place(skin)),  # of a height in it ...
-                "height": In(height(skin)),  # ... a cycle later
-                "region": Out(stream.Signature(region(skin))),
-                "ending": Out(stream.Signature(ending(skin))),  # of the same record, later
-            }
-        )
+        super().__init__({
+            "settings": In(SETTINGS),
+            "i": In(always_ready_stream(peak(skin))),
+            "ends": In(1),  # see ``Peaks``
+            "highest": In(height(skin)),
+            "page": Out(range(PAGES)),  # of the frame that is searched
+            "place": Out(place(skin)),  # of a height in it ...
+            "height": In(height(skin)),  # ... a cycle later
+            "region": Out(stream.Signature(region(skin))),
+            "ending": Out(stream.Signature(ending(skin))),  # of the same record, later
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -29,17 +29,15 @@ class Grown(wiring.Component):
 
     def __init__(self, skin: Skin) -> None:
         self._row, self._rows, self._columns = row(skin), skin.sensor.rows, skin.sensor.columns
-        super().__init__(
-            {
-                "start": In(1),  # pulse
-                "first": In(self._row),
-                "last": In(self._row),
-                "gap": In(SETTINGS.members["gap"].shape),
-                "done": Out(1),  # pulse: all is marked
-                "region": Out(bitmap(skin)),
-                "taken": Out(bitmap(skin)),
-            }
-        )
+        super().__init__({
+            "start": In(1),  # pulse
+            "first": In(self._row),
+            "last": In(self._row),
+            "gap": In(SETTINGS.members["gap"].shape),
+            "done": Out(1),  # pulse: all is marked
+            "region": Out(bitmap(skin)),
+            "taken": Out(bitmap(skin)),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

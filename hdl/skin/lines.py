@@ -34,13 +34,11 @@ class Lines(wiring.Component):
     def __init__(self, shape: Any, rows: int, columns: int) -> None:
         self._shape, self._rows, self._columns = shape, rows, columns
         words = {"above": shape, "centre": shape, "below": shape}
-        super().__init__(
-            {
-                "i": In(always_ready_stream(shape)),
-                # ``start``, ``end``: the first, the last of a row
-                "o": Out(always_ready_stream(data.StructLayout(words | {"start": 1, "end": 1}))),
-            }
-        )
+        super().__init__({
+            "i": In(always_ready_stream(shape)),
+            # ``start``, ``end``: the first, the last of a row
+            "o": Out(always_ready_stream(data.StructLayout(words | {"start": 1, "end": 1}))),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

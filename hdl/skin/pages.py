@@ -22,15 +22,13 @@ class Pages(wiring.Component):
     def __init__(self, skin: Skin, shape: Any) -> None:
         self._shape, self._rows, self._columns = shape, skin.sensor.rows, skin.sensor.columns
         self._stride = 1 << column(skin).width  # a place is an address without a product
-        super().__init__(
-            {
-                "i": In(always_ready_stream(shape)),
-                "page": In(range(PAGES)),
-                "place": In(place(skin)),
-                "read": In(1, init=1),
-                "o": Out(shape),  # the word that was there when ``read`` was last high
-            }
-        )
+        super().__init__({
+            "i": In(always_ready_stream(shape)),
+            "page": In(range(PAGES)),
+            "place": In(place(skin)),
+            "read": In(1, init=1),
+            "o": Out(shape),  # the word that was there when ``read`` was last high
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

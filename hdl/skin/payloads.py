@@ -16,13 +16,11 @@ PAGES = 2
 MOST_GAP = 4
 """Largest gap about a region."""
 
-SETTINGS = wiring.Signature(
-    {
-        "most": Out(counter_shape(MOST)),
-        "threshold": Out(counter_shape(1 << THRESHOLD_FRACTION)),
-        "gap": Out(counter_shape(MOST_GAP)),
-    }
-)
+SETTINGS = wiring.Signature({
+    "most": Out(counter_shape(MOST)),
+    "threshold": Out(counter_shape(1 << THRESHOLD_FRACTION)),
+    "gap": Out(counter_shape(MOST_GAP)),
+})
 """How contacts are told apart: see :class:`tfra.model.skin.finding.Finding`."""
 
 
@@ -65,14 +63,12 @@ def _span(skin: Skin, index: Shape, size: int) -> data.StructLayout:
 def region(skin: Skin) -> data.StructLayout:
     """What is known of a contact's region; one without taxels stands for a frame without contact."""
     rows, columns = skin.sensor.rows, skin.sensor.columns
-    return data.StructLayout(
-        {
-            "taxels": unsigned(header_bits(skin)["taxels"]),
-            "rows": _span(skin, row(skin), rows),
-            "columns": _span(skin, column(skin), columns),
-            "touching": 1,
-        }
-    )
+    return data.StructLayout({
+        "taxels": unsigned(header_bits(skin)["taxels"]),
+        "rows": _span(skin, row(skin), rows),
+        "columns": _span(skin, column(skin), columns),
+        "touching": 1,
+    })
 
 
 def contact(skin: Skin) -> data.StructLayout:
@@ -92,12 +88,10 @@ def ending(skin: Skin) -> data.StructLayout:
 def bitmap(skin: Skin) -> wiring.Signature:
     """A way to a memory with a word of a bit a taxel for each row."""
     word = unsigned(skin.sensor.columns)
-    return wiring.Signature(
-        {
-            "row": Out(row(skin)),  # to be read ...
-            "word": In(word),  # ... a cycle later
-            "write": Out(1),
-            "target": Out(row(skin)),  # row that is written ...
-            "data": Out(word),  # ... with this word
-        }
-    )
+    return wiring.Signature({
+        "row": Out(row(skin)),  # to be read ...
+        "word": In(word),  # ... a cycle later
+        "write": Out(1),
+        "target": Out(row(skin)),  # row that is written ...
+        "data": Out(word),  # ... with this word
+    })

@@ -20,14 +20,12 @@ class Peaks(wiring.Component):
     def __init__(self, skin: Skin) -> None:
         self._height, self._floor = height(skin), skin.adc.threshold * GAIN
         self._rows, self._columns = skin.sensor.rows, skin.sensor.columns
-        super().__init__(
-            {
-                "i": In(always_ready_stream(self._height)),
-                "o": Out(always_ready_stream(peak(skin))),  # row by row
-                "ends": Out(1),  # pulse: a frame has no further peak ...
-                "highest": Out(self._height),  # ... and this is its largest height
-            }
-        )
+        super().__init__({
+            "i": In(always_ready_stream(self._height)),
+            "o": Out(always_ready_stream(peak(skin))),  # row by row
+            "ends": Out(1),  # pulse: a frame has no further peak ...
+            "highest": Out(self._height),  # ... and this is its largest height
+        })
 
     @property
     def latency(self) -> int:

@@ -14,6 +14,8 @@ from tfra.model.skin.records import MARK_SHIFT
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.windows import PLACE_FRACTION
 
+_MARK = 3
+"""Cycles from the second quotient to the next region: the corner, the marks, and the contact."""
 _HALF = 1 << (PLACE_FRACTION - 1)
 
 
@@ -24,27 +26,27 @@ class Places(wiring.Component):
     """
 
     def __init__(self, skin: Skin) -> None:
-        self._whole: int = max(row(skin).width, column(skin).width)
+        given = region(skin).members
+        totals = [given[name].members["total"].width for name in ("rows", "columns")]
+        whole = max(row(skin).width, column(skin).width)
+        self._divider = Divider(max(totals), given["taxels"].width, PLACE_FRACTION, whole=whole)
         self._axes = list(zip(skin.shape, (skin.sensor.rows, skin.sensor.columns), strict=True))
-        super().__init__(
-            {
-                "region": In(stream.Signature(region(skin))),
-                "contact": Out(stream.Signature(contact(skin))),
-            }
-        )
+        super().__init__({
+            "region": In(stream.Signature(region(skin))),
+            "contact": Out(stream.Signature(contact(skin))),
+        })
 
     @property
-    def latency(self) -> int:
-        """Cycles from a region to its contact."""
-        return 2 * (self._whole + PLACE_FRACTION + 4) + 3
+    def interval(self) -> int:
+        """Cycles from one contact to the next."""
+        cycles: int = 2 * self._divider.interval + _MARK
+        return cycles
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         given = self.region.payload
         totals = given.rows.total, given.columns.total
-        m.submodules.divider = divider = Divider(
-            max(map(len, totals)), len(given.taxels), PLACE_FRACTION, whole=self._whole
-        )
+        m.submodules.divider = divider = self._divider
         contact = driver(m, self.contact.payload)
         quotient = Mux(given.taxels == 0, 0, divider.o.payload)
         sent = Signal()  # the operands of a quotient

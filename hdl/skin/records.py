@@ -28,14 +28,12 @@ class Records(wiring.Component):
 
     def __init__(self, skin: Skin) -> None:
         self._bits = header_bits(skin)
-        super().__init__(
-            {
-                "contact": In(stream.Signature(contact(skin))),
-                "ending": In(stream.Signature(ending(skin))),
-                "words": In(stream.Signature(ports.result(skin.window))),
-                "result": Out(stream.Signature(result(skin))),  # registered
-            }
-        )
+        super().__init__({
+            "contact": In(stream.Signature(contact(skin))),
+            "ending": In(stream.Signature(ending(skin))),
+            "words": In(stream.Signature(ports.result(skin.window))),
+            "result": Out(stream.Signature(result(skin))),  # registered
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -44,8 +44,8 @@ class Regions(wiring.Component):
            ▲                                    └▶ bitmaps ─▶ its bit ─────────┘     │
            └─────────────────────────────────────────────────────────────────────────┘
 
-    Seven cycles a taxel.  The left and the right neighbour share a row, which is read for both before either is
-    written: the right one takes the row as the left one has written it.
+    Seven cycles a taxel, nine if it has only just joined.  The left and the right neighbour share a row, which is read
+    for both before either is written: the right one takes the row as the left one has written it.
     """
 
     def __init__(self, skin: Skin) -> None:
@@ -53,18 +53,16 @@ class Regions(wiring.Component):
         self._rows, self._columns = skin.sensor.rows, skin.sensor.columns
         flags = {"row_inside": 1, "column_inside": 1, "right": 1}
         self._at = data.StructLayout({"place": self._place, **flags})
-        super().__init__(
-            {
-                "start": In(1),  # pulse
-                "peak": In(peak(skin)),
-                "done": Out(1),  # pulse: the region is complete
-                "o": Out(self._region),  # held until the next start
-                "place": Out(self._place),  # of a height ...
-                "height": In(height(skin)),  # ... a cycle later
-                "region": Out(bitmap(skin)),
-                "taken": Out(bitmap(skin)),  # taxels that are not free
-            }
-        )
+        super().__init__({
+            "start": In(1),  # pulse
+            "peak": In(peak(skin)),
+            "done": Out(1),  # pulse: the region is complete
+            "o": Out(self._region),  # held until the next start
+            "place": Out(self._place),  # of a height ...
+            "height": In(height(skin)),  # ... a cycle later
+            "region": Out(bitmap(skin)),
+            "taken": Out(bitmap(skin)),  # taxels that are not free
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

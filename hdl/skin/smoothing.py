@@ -24,12 +24,10 @@ class Smoothing(wiring.Component):
     def __init__(self, skin: Skin) -> None:
         self._code = signed(skin.window.widths.stress)
         self._rows, self._columns = skin.sensor.rows, skin.sensor.columns
-        super().__init__(
-            {
-                "i": In(always_ready_stream(self._code)),
-                "o": Out(always_ready_stream(height(skin))),
-            }
-        )
+        super().__init__({
+            "i": In(always_ready_stream(self._code)),
+            "o": Out(always_ready_stream(height(skin))),
+        })
 
     @property
     def latency(self) -> int:

@@ -42,13 +42,11 @@ class SkinUnit(wiring.Component):
         self._skin = skin
         self._core = microarchitecture(skin.window).build()
         load = {name: port for name, port in self._core.signature.members.items() if name == "load"}
-        super().__init__(
-            {
-                **load,  # as the core's
-                "taxel": In(stream.Signature(ports.taxel(skin.window))),
-                "result": Out(stream.Signature(result(skin))),
-            }
-        )
+        super().__init__({
+            **load,  # as the core's
+            "taxel": In(stream.Signature(ports.taxel(skin.window))),
+            "result": Out(stream.Signature(result(skin))),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

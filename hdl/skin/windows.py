@@ -31,18 +31,16 @@ class Windows(wiring.Component):
     def __init__(self, skin: Skin) -> None:
         self._shape, self._array = skin.shape, (skin.sensor.rows, skin.sensor.columns)
         self._code = ports.taxel(skin.window)
-        super().__init__(
-            {
-                "contact": In(stream.Signature(contact(skin))),
-                "ending": In(stream.Signature(ending(skin))),
-                "page": Out(range(PAGES)),
-                "place": Out(place(skin)),
-                "read": Out(1),
-                "code": In(self._code),  # a cycle after ``read``
-                "taxel": Out(stream.Signature(self._code)),  # registered
-                "done": Out(1),  # pulse: the codes of the frame are not needed any more
-            }
-        )
+        super().__init__({
+            "contact": In(stream.Signature(contact(skin))),
+            "ending": In(stream.Signature(ending(skin))),
+            "page": Out(range(PAGES)),
+            "place": Out(place(skin)),
+            "read": Out(1),
+            "code": In(self._code),  # a cycle after ``read``
+            "taxel": Out(stream.Signature(self._code)),  # registered
+            "done": Out(1),  # pulse: the codes of the frame are not needed any more
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

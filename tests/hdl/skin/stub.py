@@ -21,12 +21,10 @@ class Stub(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._taxels = design.sensor.taxels
-        super().__init__(
-            {
-                "taxel": In(stream.Signature(ports.taxel(design))),
-                "result": Out(stream.Signature(ports.result(design))),
-            }
-        )
+        super().__init__({
+            "taxel": In(stream.Signature(ports.taxel(design))),
+            "result": Out(stream.Signature(ports.result(design))),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
