@@ -21,7 +21,8 @@ class Finding(wiring.Component):
 
     ======  ==================================================================================================
     IDLE    waits for a frame
-    CLEAR   clears the bitmaps, row by row, while the lowest height of a candidate is computed
+    CLEAR   clears the bitmaps, row by row
+    SETTLE  waits until the lowest height of a candidate is computed, once a frame
     SEARCH  searches the candidates for the highest that is free
     DECIDE  whether there is one; the record before is the last one otherwise
     END     sends what is now known of the record before
@@ -74,16 +75,13 @@ class Finding(wiring.Component):
         return m
 
     def _control(self, m: Module) -> None:
-        """The states."""
-        candidates, regions, grown = self._candidates, self._regions, self._grown
-        clear, fill, grow, blank, waiting = (
-            Signal(name=name) for name in ("clear", "fill", "grow", "blank", "waiting")
-        )
+        """The states, and the region that waits to be taken."""
+        regions = self._regions
         found = Signal(self.settings.most.shape(), reset_less=True)
+        clear, fill, grow = Signal(), Signal(), Signal()
+        blank = Signal()  # the region that waits is that of a frame without contact
+        waiting = Signal()
         clear_row, cleared = wrapping_counter(m, clear, self._rows, "clear_row")
-        ending = driver(m, self.ending.payload)
-        some = candidates.left != 0
-        full = found == self.settings.most
         self._bitmaps(m, clear, clear_row, fill, grow)
         m.d.comb += [
             self.region.valid.eq(waiting),
@@ -94,35 +92,7 @@ class Finding(wiring.Component):
         with m.If(self.region.ready):
             m.d.sync += waiting.eq(0)
         with m.FSM():
-            with m.State("IDLE"):
-                m.d.comb += candidates.begin.eq(candidates.waiting)
-                m.d.sync += found.eq(0)
-                with m.If(candidates.waiting):
-                    m.next = "CLEAR"
-            with m.State("CLEAR"):
-                m.d.comb += clear.eq(1)
-                with m.If(cleared):
-                    m.next = "SETTLE"
-            with m.State("SETTLE"), m.If(candidates.settled):
-                m.d.comb += candidates.search.eq(1)
-                m.next = "SEARCH"
-            with m.State("SEARCH"), m.If(candidates.searched):
-                m.next = "DECIDE"
-            with m.State("DECIDE"):
-                m.d.sync += ending.last.eq(~some | full)
-                m.d.sync += ending.dropped.eq(Mux(full, candidates.left, 0))
-                with m.If(found != 0):
-                    m.next = "END"
-                with m.Elif(some):
-                    m.next = "START"
-                with m.Else():
-                    m.next = "BLANK"
-            with m.State("END"):
-                m.d.comb += self.ending.valid.eq(1)
-                with m.If(self.ending.ready):
-                    m.next = "START"
-                with m.If(self.ending.ready & ending.last):
-                    m.next = "IDLE"
+            self._add_search(m, found, clear, cleared)
             with m.State("START"), m.If(~waiting):
                 m.d.comb += regions.start.eq(1)
                 m.d.sync += found.eq(found + 1)
@@ -131,17 +101,52 @@ class Finding(wiring.Component):
             with m.State("FILL"):
                 m.d.comb += fill.eq(1)
                 with m.If(regions.done):
-                    m.d.comb += grown.start.eq(1)
+                    m.d.comb += self._grown.start.eq(1)
                     m.d.sync += waiting.eq(1)
                     m.next = "GROW"
             with m.State("GROW"):
                 m.d.comb += grow.eq(1)
-                with m.If(grown.done):
+                with m.If(self._grown.done):
                     m.next = "SETTLE"
             with m.State("BLANK"), m.If(~waiting):
                 m.d.sync += waiting.eq(1)
                 m.d.sync += blank.eq(1)
                 m.next = "END"
+
+    def _add_search(self, m: Module, found: Signal, clear: Signal, cleared: Value) -> None:
+        """The states from a frame's first to the start of a region."""
+        candidates, ending = self._candidates, driver(m, self.ending.payload)
+        some = candidates.left != 0
+        full = found == self.settings.most
+        with m.State("IDLE"):
+            m.d.comb += candidates.begin.eq(candidates.waiting)
+            m.d.sync += found.eq(0)
+            with m.If(candidates.waiting):
+                m.next = "CLEAR"
+        with m.State("CLEAR"):
+            m.d.comb += clear.eq(1)
+            with m.If(cleared):
+                m.next = "SETTLE"
+        with m.State("SETTLE"), m.If(candidates.settled):
+            m.d.comb += candidates.search.eq(1)
+            m.next = "SEARCH"
+        with m.State("SEARCH"), m.If(candidates.searched):
+            m.next = "DECIDE"
+        with m.State("DECIDE"):
+            m.d.sync += ending.last.eq(~some | full)
+            m.d.sync += ending.dropped.eq(Mux(full, candidates.left, 0))
+            with m.If(found != 0):
+                m.next = "END"
+            with m.Elif(some):
+                m.next = "START"
+            with m.Else():
+                m.next = "BLANK"
+        with m.State("END"):
+            m.d.comb += self.ending.valid.eq(1)
+            with m.If(self.ending.ready):
+                m.next = "START"
+            with m.If(self.ending.ready & ending.last):
+                m.next = "IDLE"
 
     def _bitmaps(self, m: Module, clear: Value, clear_row: Value, fill: Value, grow: Value) -> None:
         """The taxels of the region, and those that are not free; a word for each row."""
