@@ -1,6 +1,7 @@
 """A skin in C: the files of its window's core, what finds contacts and calls it, and a test of that."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ _MARKS = {
 def skin_files(skin: Skin) -> dict[str, str]:
     """Text of every file of ``skin`` by its name: those of its window's core among them; raises as :func:`files`."""
     texts = files(skin.window)
-    values = _values(skin)
+    values = _values(skin, sidecar(skin.window))
     for name, added in (("CMakeLists.txt", "skin.cmake"), ("README.md", "skin.md")):
         texts[name] += filled(added, values)
     return texts | _sources(skin, values) | {f"{skin.window.name}_skin_test.c": _test(skin, values)}
@@ -56,7 +57,8 @@ def skin_files(skin: Skin) -> dict[str, str]:
 
 def skin_core(skin: Skin) -> dict[str, str]:
     """Headers, sources and tables."""
-    return core(skin.window, sidecar(skin.window)) | _sources(skin, _values(skin))
+    facts = sidecar(skin.window)
+    return core(skin.window, facts) | _sources(skin, _values(skin, facts))
 
 
 def skin_ram_bytes(skin: Skin) -> int:
@@ -79,9 +81,9 @@ def _sources(skin: Skin, values: dict[str, object]) -> dict[str, str]:
     }
 
 
-def _values(skin: Skin) -> dict[str, object]:
-    """What the templates share."""
-    return shared(skin.window, sidecar(skin.window)) | {
+def _values(skin: Skin, facts: Mapping[str, Any]) -> dict[str, object]:
+    """What the templates share, with the sidecar's ``facts`` of the window."""
+    return shared(skin.window, facts) | {
         "rows": skin.sensor.rows,
         "columns": skin.sensor.columns,
         "taxels": skin.sensor.taxels,
@@ -173,7 +175,7 @@ def _source(skin: Skin) -> dict[str, object]:
 def _test(skin: Skin, values: dict[str, object]) -> str:
     codes = _recorded(skin)
     found, cut = skin.find(codes)
-    header = np.stack([np.asarray(each) for each in _header_of(found).values()], axis=1)
+    header = np.stack(list(_header_of(found).values()), axis=1)
     expected = np.concatenate([header, skin.window.model(cut).words], axis=1)
     fields = [*enumerate(_fields(skin)), *((header.shape[1] + f.start, f"window.{f.name}") for f in skin.window.layout)]
     counts = zip(found.found, found.dropped, strict=True)

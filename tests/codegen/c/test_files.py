@@ -25,6 +25,21 @@ def run(folder: Path, *command: str) -> str:
     return done.stdout
 
 
+def built_by_readme(folder: Path, texts: dict[str, str], header: str, state: str) -> str:
+    """What ctest prints after the README's own commands in an empty folder of ``texts``.
+
+    The README's example compiles in C, and the type ``state`` of the ``header`` as part of C++.
+    """
+    write(folder, texts)
+    (command,) = re.findall(r"^    (cmake .*)$", texts["README.md"], re.M)
+    said = run(folder, "sh", "-c", command)
+    write(folder, {"example.c": "\n".join(re.findall(r"^```c\n(.*?)^```", texts["README.md"], re.M | re.S))})
+    run(folder, "gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", "example.c")
+    write(folder, {"user.cpp": f'#include "{header}"\n{state} state;\n'})
+    run(folder, "g++", "-Wall", "-Wextra", "-Werror", "-c", "user.cpp")
+    return said
+
+
 def sources(design: Design) -> list[str]:
     return [f"{design.name}{kind}.c" for kind in ("", "_tables", "_test")]
 
@@ -74,16 +89,8 @@ def test_a_wrong_table_is_noticed(case: str, tmp_path: Path) -> None:
 
 
 def test_its_readme_and_cmake(tmp_path: Path) -> None:
-    """From an empty folder, with the README's own commands; its example compiles, in C and as part of C++."""
     design = SMALL["3x5"]
-    texts = files(design)
-    write(tmp_path, texts)
-    (command,) = re.findall(r"^    (cmake .*)$", texts["README.md"], re.M)
-    assert "100% tests passed" in run(tmp_path, "sh", "-c", command)
-    write(tmp_path, {"example.c": "\n".join(re.findall(r"^```c\n(.*?)^```", texts["README.md"], re.M | re.S))})
-    run(tmp_path, "gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", "example.c")
-    write(tmp_path, {"user.cpp": f'#include "{design.name}.h"\n{design.name}_state state;\n'})
-    run(tmp_path, "g++", "-Wall", "-Wextra", "-Werror", "-c", "user.cpp")
+    assert "100% tests passed" in built_by_readme(tmp_path, files(design), f"{design.name}.h", f"{design.name}_state")
 
 
 @pytest.mark.long

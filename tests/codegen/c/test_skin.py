@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.codegen.c.skins import SKINS
-from tests.codegen.c.test_files import BUILDS, WARNINGS, run
+from tests.codegen.c.test_files import BUILDS, WARNINGS, built_by_readme, run
 from tests.codegen.package.made import write
 from tfra.codegen.c.files import files
 from tfra.codegen.c.memory import ram_bytes, stack_bytes
@@ -71,16 +71,10 @@ def test_what_is_wrong_is_noticed(right: str, wrong: str, tmp_path: Path) -> Non
 
 
 def test_its_readme_and_cmake(tmp_path: Path) -> None:
-    """From an empty folder, with the README's own commands; its example compiles, in C and as part of C++."""
     skin = SKINS["12x20"]
-    texts = skin_files(skin)
-    write(tmp_path, texts)
-    (command,) = re.findall(r"^    (cmake .*)$", texts["README.md"], re.M)
-    assert "100% tests passed, 0 tests failed out of 2" in run(tmp_path, "sh", "-c", command)
-    write(tmp_path, {"example.c": "\n".join(re.findall(r"^```c\n(.*?)^```", texts["README.md"], re.M | re.S))})
-    run(tmp_path, "gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-c", "example.c")
-    write(tmp_path, {"user.cpp": f'#include "{skin.window.name}_skin.h"\n{skin.window.name}_skin skin;\n'})
-    run(tmp_path, "g++", "-Wall", "-Wextra", "-Werror", "-c", "user.cpp")
+    name = f"{skin.window.name}_skin"
+    said = built_by_readme(tmp_path, skin_files(skin), f"{name}.h", name)
+    assert "100% tests passed, 0 tests failed out of 2" in said
 
 
 @pytest.mark.long
