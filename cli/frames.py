@@ -25,8 +25,8 @@ def frames(config: Config, out: Out, json: Json = False) -> None:
     project = load(config)
     check_file(out, ".npz", "frames", [config])
     stresses = simulated(project)
-    write_npz(out, {"frames": stresses, **Truth(project.contacts).arrays()}, "frames")
-    peak, full_scale = float(abs(stresses).max()), project.design.adc.full_scale
+    write_npz(out, {"frames": stresses, **Truth(project.contacts, project.frame).arrays()}, "frames")
+    peak, full_scale = float(abs(stresses).max()), project.array.adc.full_scale
     if json:
         print_json({"frames": len(stresses), "peak_pa": peak, "full_scale_pa": full_scale, "out": str(out)})
     else:
@@ -36,7 +36,7 @@ def frames(config: Config, out: Out, json: Json = False) -> None:
 
 def simulated(project: Project) -> Floats:
     """Return the frames of CONFIG's contacts, ``(n, rows, columns)`` in Pa; raises ``InputError`` if there is none."""
-    from tfra.contacts import simulated
+    from tfra.contacts import Truth, simulated
 
     with progress("simulating contacts", len(project.contacts)) as advance:
-        return simulated(project, project.contacts, advance)
+        return simulated(project, Truth(project.contacts, project.frame), advance)

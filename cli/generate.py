@@ -53,6 +53,7 @@ def generate(
     from tfra.synth.estimate import misfits, part_of
 
     project = load(config)
+    project.require_array("tfra generate")
     check_core(project)
     if package and backend is not Language.VERILOG:
         raise InputError("--package", "", f"there is none of the back end {backend.value}")

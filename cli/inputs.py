@@ -94,4 +94,4 @@ def frames_at(path: Path, project: Project) -> Recording:
     """Return the recording at ``path``, read as ``project.input`` says; raises ``InputError``."""
     from tfra.recordings.frames import read_recording
 
-    return read_recording(path, project.design.sensor, project.design.adc, project.input)
+    return read_recording(path, project.array.sensor, project.array.adc, project.input)

@@ -61,6 +61,7 @@ def live(
     if rate is not None and not 0 < rate <= 1e6:
         raise InputError("tfra live", "--rate", f"more than 0 frames a second are needed, up to 1e6, got {rate:g}")
     project = load(config)
+    project.require_array("tfra live")
     if engine not in DOUBLE:
         check_core(project)  # before a stream is opened
     project, name, frames = _frames(project, source, rate, given or {}, engine)

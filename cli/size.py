@@ -56,6 +56,7 @@ def size(
 
     part = find_target(target)
     project = load(config)
+    project.require_array("tfra size")
     if page:
         check_file(page, ".html", "size", [config])
     check_core(replace(project, design=project.design.built_as(Architecture(4, 1))))

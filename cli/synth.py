@@ -47,6 +47,7 @@ def synth(
 
     part = find_target(target)
     project = load(config)
+    project.require_array("tfra synth")
     check_core(project)
     try:
         with progress("estimating") as advance:

@@ -77,6 +77,7 @@ def verify(
     from tfra.sim.verify import verify as check
 
     project = load(config)
+    project.require_array("tfra verify")
     check_core(project)
     project = _for_frames(project, frames, given or {})
     inputs = [config, *([frames] if frames else [])]
@@ -142,7 +143,7 @@ def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[s
         frames = frames_at(path, project).frames
         known = read_references(path, len(frames))
     elif project.contacts:
-        frames, known = simulated(project), Truth(project.contacts).arrays()
+        frames, known = simulated(project), Truth(project.contacts, project.frame).arrays()
     else:
         return None, {}
     codes(project, frames, path or project.path)  # stress over full scale is bad input

@@ -6,8 +6,10 @@ The dependent friction is affine in the independent one (Eqs. 17, 18), so the re
 the normal part of the stress C33 f_z = p + mu q: p and q once per frame, then one addition per candidate.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from enum import IntFlag
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -113,6 +115,14 @@ class Result:
             return None
         size = np.abs(self.resultant[:, 2])
         return np.divide(self.uncertainty, size, out=np.full_like(size, np.nan), where=size > 0)
+
+
+def joined(results: Sequence[Result]) -> Result:
+    """One result of the frames of all ``results`` of an estimator, without their sweeps."""
+    first = results[0]
+    names = [each.name for each in fields(Result) if isinstance(getattr(first, each.name), np.ndarray)]
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(one, name) for one in results]) for name in names}
+    return replace(first, sweep=None, **arrays)
 
 
 def check_frames(sensor: SensorArray, frames: npt.ArrayLike) -> Floats:

@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
-from tfra.model.choices import Choices
-from tfra.model.tfra import Result, Status
+from tfra.model.converter import Measured
+from tfra.model.tfra import Status
 from tfra.recordings.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, status_label
 from tfra.recordings.input import PASCALS, PLAIN, Input
 
@@ -115,13 +115,13 @@ class _Recording:
         return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
 
 
-def warnings(design: Choices, frames: Floats, result: Result, given: Input = PLAIN) -> list[str]:
-    """Return warnings about ``frames (n, rows, columns)`` in Pa and their results, one line each.
+def warnings(array: Measured, frames: Floats, status: Ints, given: Input = PLAIN) -> list[str]:
+    """Return warnings about ``frames (n, rows, columns)`` in Pa and the ``status (n,)`` of each, one line each.
 
     ``given`` is what made these frames of the recording; the lines name the options of it that may help.
     """
     recording = _Recording(frames)
-    meaning = list(_values(design, recording, result.status, given)) or list(_flags(result.status))
+    meaning = list(_values(array, recording, status, given)) or list(_flags(status))
     offsets = []
     if level := recording.offsets():
         offsets = [
@@ -131,14 +131,14 @@ def warnings(design: Choices, frames: Floats, result: Result, given: Input = PLA
     same = []
     if len(frames) > 1 and (frames == frames[0]).all():
         same = [f"all {len(frames)} frames are the same: is the recording stuck?"]
-    layout = [] if offsets else _layout(recording, result.status, given)  # offsets are rough in every order
-    return [*meaning, *_scale(design, recording, given), *offsets, *same, *_stuck(design, recording), *layout]
+    layout = [] if offsets else _layout(recording, status, given)  # offsets are rough in every order
+    return [*meaning, *_scale(array, recording, given), *offsets, *same, *_stuck(array, recording), *layout]
 
 
-def _values(design: Choices, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
+def _values(array: Measured, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
     """Checks offset, then sign, then a sensor at rest: each also looks like the next ones."""
     n = len(status)
-    if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
+    if recording.offset(min(10 * array.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
         median = float(np.median(recording.flat))
         codes = f", or are these codes with an offset ({_OFFSET})" if given.unit == "Pa" else ""
         yield (
@@ -160,19 +160,19 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
         )
 
 
-def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str]:
+def _scale(array: Measured, recording: _Recording, given: Input) -> Iterator[str]:
     """Checks the magnitude of the values: codes, another unit, or too large for the converter."""
-    arguments = design, recording, given
+    arguments = array, recording, given
     if line := _codes(*arguments) or _unit(*arguments) or _beyond(*arguments):
         yield line
-    top = (1 << (design.adc.bits - 1)) - 1
-    scaled = np.rint(recording.flat / design.adc.lsb)
+    top = (1 << (array.adc.bits - 1)) - 1
+    scaled = np.rint(recording.flat / array.adc.lsb)
     ends = (scaled >= top) | (scaled <= -top - 1)
     frames, taxels = (int(ends.any(axis=axis).sum()) for axis in (1, 0))
     if frames > SATURATED * len(ends):
         yield (
             f"{frames} of {len(ends)} frames and {taxels} of {ends.shape[1]} taxels reach an end of the converter's "
-            f"range, ±{design.adc.full_scale:g} Pa: was it saturated (the forces would be too small)?"
+            f"range, ±{array.adc.full_scale:g} Pa: was it saturated (the forces would be too small)?"
         )
 
 
@@ -182,20 +182,20 @@ def _share(status: Ints, flag: Status) -> float:
     return float(has(touched, flag).mean()) if len(touched) else 0.0
 
 
-def _codes(design: Choices, recording: _Recording, given: Input) -> str | None:
+def _codes(array: Measured, recording: _Recording, given: Input) -> str | None:
     """Whole numbers within the converter's codes, where a code is more than a pascal."""
-    lsb, codes = design.adc.lsb, 1 << design.adc.bits
+    lsb, codes = array.adc.lsb, 1 << array.adc.bits
     if given.unit != "Pa" or lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
         return None
     option = _OFFSET if np.median(recording.flat) > codes / 4 else "--unit codes"
     return (
-        f"all values are whole numbers up to {recording.largest:.0f}: are these codes of the {design.adc.bits}-bit "
+        f"all values are whole numbers up to {recording.largest:.0f}: are these codes of the {array.adc.bits}-bit "
         f"converter instead of Pa (1 code = {lsb:.6g} Pa)? ({option})"
     )
 
 
-def _unit(design: Choices, recording: _Recording, given: Input) -> str | None:
-    largest, full = recording.largest, design.adc.full_scale
+def _unit(array: Measured, recording: _Recording, given: Input) -> str | None:
+    largest, full = recording.largest, array.adc.full_scale
     if not 0 < largest < FAINT * full:
         return None
     doubt = f"the largest magnitude is {largest:.4g} Pa, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
@@ -209,8 +209,8 @@ def _unit(design: Choices, recording: _Recording, given: Input) -> str | None:
     return f"{doubt}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?{option}"
 
 
-def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
-    times = recording.largest / design.adc.full_scale
+def _beyond(array: Measured, recording: _Recording, given: Input) -> str | None:
+    times = recording.largest / array.adc.full_scale
     if times < BEYOND:
         return None
     doubt, unit = f"the largest magnitude is {times:.0f} times full scale", given.unit
@@ -220,15 +220,15 @@ def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
     return f"{doubt}: is the file in {unit}, and adc.full_scale_pa in Pa (not in kPa)?{option}"
 
 
-def over_full_scale(design: Choices, frames: Floats, given: Input = PLAIN) -> str:
+def over_full_scale(array: Measured, frames: Floats, given: Input = PLAIN) -> str:
     """Return a hint at the cause of stress far beyond full scale, which begins with ``"; "``, or nothing."""
     recording = _Recording(frames)
-    doubt = _codes(design, recording, given) or _beyond(design, recording, given)
+    doubt = _codes(array, recording, given) or _beyond(array, recording, given)
     return f"; {doubt}" if doubt else ""
 
 
-def _stuck(design: Choices, recording: _Recording) -> Iterator[str]:
-    places = [divmod(int(taxel), design.sensor.columns) for taxel in recording.stuck()]
+def _stuck(array: Measured, recording: _Recording) -> Iterator[str]:
+    places = [divmod(int(taxel), array.sensor.columns) for taxel in recording.stuck()]
     if places:
         some = ", ".join(f"({row}, {column})" for row, column in places[:5]) + (" ..." if len(places) > 5 else "")
         who, ask = ("taxel keeps", "is it") if len(places) == 1 else ("taxels keep", "are they")

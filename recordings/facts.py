@@ -1,6 +1,7 @@
 """Summary of a recording and its results in a few numbers, for the terminal and for JSON."""
 
 from dataclasses import asdict, dataclass
+from enum import IntFlag
 from typing import Any
 
 import numpy as np
@@ -104,7 +105,7 @@ def lines(summary: Facts) -> list[str]:
     """Return ``summary`` for readers: one status, range or share a line."""
     unsure = []
     if (over := summary.threshold_percent) is not None:
-        line = _range("uncertainty", summary.uncertainty_percent, ".3g", "% of |F_z|")
+        line = span("uncertainty", summary.uncertainty_percent, ".3g", "% of |F_z|")
         unsure = [f"{line}; implausible over {over:.3g} %, no error bar"]
     return [
         f"{summary.contact} of {summary.frames} frames: contact",
@@ -113,9 +114,9 @@ def lines(summary: Facts) -> list[str]:
             for flag, count in summary.statuses.items()
             if count
         ),
-        _around(summary.phi_deg) or _range("phi", summary.phi_deg, ".1f", "degrees"),
-        _range("mu", summary.mu, ".3f", ""),
-        _range("|F|", summary.force_n, ".3g", "N"),
+        _around(summary.phi_deg) or span("phi", summary.phi_deg, ".1f", "degrees"),
+        span("mu", summary.mu, ".3f", ""),
+        span("|F|", summary.force_n, ".3g", "N"),
         *unsure,
         *([RESULTANT_ALONE] if summary.resultant_alone else []),
         f"tension: {summary.tension_percent_of_taxels:.1f} % of the taxels, "
@@ -129,16 +130,17 @@ def positive_share(frames: Floats) -> float:
     return float(frames.sum(where=frames > 0)) / total if total else 0.0
 
 
-def status_label(flag: Status) -> str:
-    """The name of one status bit, in words."""
+def status_label(flag: IntFlag) -> str:
+    """The name of one status bit or mark, in words."""
     return str(flag.name).lower().replace("_", " ")
 
 
-def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
+def span(name: str, spread: Spread | None, digits: str, unit: str, of: str = "frames") -> str:
+    """Median and limits of a value ``of`` frames or contacts, in words."""
     if spread is None:
-        return f"{name}: in no frame"
+        return f"{name}: in no {of.removesuffix('s')}"
     numbers = "median {:{d}}, {:{d}} to {:{d}}".format(spread.median, spread.min, spread.max, d=digits)
-    return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} frames)"
+    return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} {of})"
 
 
 def _around(angles: Spread | None) -> str:
@@ -148,7 +150,7 @@ def _around(angles: Spread | None) -> str:
     return f"phi: all around ({angles.frames} frames)"
 
 
-def has(status: Ints, *flags: Status) -> Bools:
+def has(status: Ints, *flags: IntFlag) -> Bools:
     """Frames ``(n,)`` that have one of the ``flags``."""
     return np.asarray(status & sum(flags) != 0)
 

@@ -3,6 +3,8 @@
     RESULT.npz                                      arrays
     RESULT.csv/frames.csv, forces.csv               a row for each frame; one for each taxel of each frame
     RESULT.parquet/frames.parquet, forces.parquet   the same
+
+The forces of a skin are those of the taxels in the windows of contacts, and contacts.csv has a row for each contact.
 """
 
 from collections.abc import Sequence
@@ -13,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.skin.result import SkinResult
 from tfra.model.tfra import Result
 from tfra.recordings.formats import Columns, table_formats
 from tfra.recordings.frames import Recording
@@ -28,6 +31,8 @@ OPTIONAL = ("uncertainty", "residual")
 _FORCES = ("fx_n", "fy_n", "fz_n")
 """Columns of a force, in N."""
 
+_PLACE = ("frame", "row", "column")
+
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
@@ -40,39 +45,98 @@ class Estimate:
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Contents of RESULT.npz; ``stress`` is the input of the engine, before any conversion."""
-        threshold, time = self.result.threshold, self.recording.time
-        return {
-            **{key: np.asarray(getattr(self.result, key)) for key in KEYS},
-            "stress": np.ascontiguousarray(self.recording.frames),
-            **self._optional(),
-            **({} if threshold is None else {"threshold": np.array(threshold)}),
-            **({} if time is None else {"time": time}),
-            "engine": np.array(self.engine),
-            "config": np.array(self.config),
-        }
+        return {**_arrays(self.result), **_source(self)}
 
-    def frames(self) -> Columns:
-        """A row for each frame."""
-        time, result = self.recording.time, self.result
-        name = "time_s" if self.recording.seconds else "time"
-        return {
-            "frame": np.arange(len(result.mu)),
-            **({} if time is None else {name: time}),
-            **{key: getattr(result, key) for key in ("phi_deg", "mu", "mu_x", "mu_y")},
-            **dict(zip(_FORCES, np.transpose(result.resultant), strict=True)),
-            **{key: getattr(result, key) for key in ("sweep_index", "status")},
-            **self._optional(),
-        }
-
-    def _optional(self) -> Columns:
-        return {key: value for key in OPTIONAL if (value := getattr(self.result, key)) is not None}
-
-    def forces(self) -> Columns:
-        """A row for each taxel of each frame."""
+    def tables(self) -> dict[str, Columns]:
+        """Tables by their names: a row for each frame, and one for each taxel of each frame."""
+        frames = {"frame": np.arange(len(self.result.mu)), **_time(self.recording), **_columns(self.result)}
         n, rows, columns = self.recording.frames.shape
         taxels = np.indices((n, rows, columns)).reshape(3, -1)
-        forces = np.moveaxis(self.result.forces, 1, 0).reshape(3, -1)
-        return dict(zip(("frame", "row", "column", *_FORCES), (*taxels, *forces), strict=True))
+        return {"frames": frames, "forces": {**dict(zip(_PLACE, taxels, strict=True)), **_forces(self.result)}}
+
+
+@dataclass(frozen=True, eq=False)
+class SkinEstimate:
+    """The same for a skin: the arrays of an ``Estimate`` have a row for each contact."""
+
+    recording: Recording
+    result: SkinResult
+    engine: str
+    config: str
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Contents of RESULT.npz."""
+        counts = {"found": self.result.found, "dropped": self.result.dropped}
+        return {**self._contacts(), **_arrays(self.result.windows), **counts, **_source(self)}
+
+    def tables(self) -> dict[str, Columns]:
+        """Tables by their names: a row for each contact, for each frame, and for each taxel of a contact's window."""
+        found, recording = self.result, self.recording
+        _, rows, columns = recording.frames.shape
+        k, _, height, width = found.windows.forces.shape
+        which, row, column = np.indices((k, height, width)).reshape(3, -1)
+        place = found.frame[which], found.contact[which], row + found.top[which], column + found.left[which]
+        there = (place[2] >= 0) & (place[2] < rows) & (place[3] >= 0) & (place[3] < columns)
+        places = dict(zip(("frame", "contact", "row", "column"), place, strict=True))
+        return {
+            "contacts": {**self._contacts(), **_columns(found.windows)},
+            "frames": {
+                "frame": np.arange(len(found.found)),
+                **_time(recording),
+                "found": found.found,
+                "dropped": found.dropped,
+            },
+            "forces": {key: values[there] for key, values in {**places, **_forces(found.windows)}.items()},
+        }
+
+    def _contacts(self) -> Columns:
+        found = self.result
+        places = {"x_mm": 1e3 * found.x, "y_mm": 1e3 * found.y}
+        return {
+            **{key: getattr(found, key) for key in ("frame", "contact")},
+            **places,
+            **{key: getattr(found, key) for key in ("taxels", "top", "left")},
+        }
+
+
+def _arrays(result: Result) -> dict[str, npt.NDArray[Any]]:
+    """The keys of ``result`` in an archive."""
+    threshold = {} if result.threshold is None else {"threshold": np.array(result.threshold)}
+    return {**{key: np.asarray(getattr(result, key)) for key in KEYS}, **_optional(result), **threshold}
+
+
+def _source(of: Estimate | SkinEstimate) -> dict[str, npt.NDArray[Any]]:
+    """What a result was made of."""
+    time = of.recording.time
+    return {
+        "stress": np.ascontiguousarray(of.recording.frames),
+        **({} if time is None else {"time": time}),
+        "engine": np.array(of.engine),
+        "config": np.array(of.config),
+    }
+
+
+def _time(recording: Recording) -> Columns:
+    return {} if recording.time is None else {"time_s" if recording.seconds else "time": recording.time}
+
+
+def _columns(result: Result) -> Columns:
+    """Columns of a table with a row for each frame, or window."""
+    return {
+        **{key: getattr(result, key) for key in ("phi_deg", "mu", "mu_x", "mu_y")},
+        **dict(zip(_FORCES, np.transpose(result.resultant), strict=True)),
+        **{key: getattr(result, key) for key in ("sweep_index", "status")},
+        **_optional(result),
+    }
+
+
+def _optional(result: Result) -> Columns:
+    return {key: value for key in OPTIONAL if (value := getattr(result, key)) is not None}
+
+
+def _forces(result: Result) -> Columns:
+    """Forces at all taxels."""
+    return dict(zip(_FORCES, np.moveaxis(result.forces, 1, 0).reshape(3, -1), strict=True))
 
 
 def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
@@ -89,7 +153,7 @@ def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
     check_directory(path, command, inputs)
 
 
-def write_result(path: Path, estimate: Estimate, command: str, inputs: Sequence[Path]) -> None:
+def write_result(path: Path, estimate: Estimate | SkinEstimate, command: str, inputs: Sequence[Path]) -> None:
     """Write ``estimate`` to ``path``, in the format of its suffix; equal results give equal bytes.
 
     Raises ``InputError`` as ``write_npz`` and ``output_directory``.
@@ -100,5 +164,5 @@ def write_result(path: Path, estimate: Estimate, command: str, inputs: Sequence[
     write_table = table_formats()[path.suffix].write_table
     assert write_table
     with output_directory(path, command, inputs) as folder:
-        write_table(folder / f"frames{path.suffix}", estimate.frames())
-        write_table(folder / f"forces{path.suffix}", estimate.forces())
+        for name, table in estimate.tables().items():
+            write_table(folder / f"{name}{path.suffix}", table)

@@ -53,6 +53,7 @@ def load_study(path: Path) -> StudyFile:
     except ValidationError as error:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
+    project.require_array("tfra study")
     design = project.design
     if not isinstance(design, TfraDesign):
         raise InputError(path, "config", "a design of the TFRA estimator is needed")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tfra.engines import Advance, silent
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Floats, Ints
 from tfra.model.cover.contact import Contact
 from tfra.runtime.errors import InputError
 
@@ -21,9 +20,13 @@ CHUNK = 64  # contacts between two steps of the progress bar
 
 @dataclass(frozen=True, repr=False)
 class Truth:
-    """Ground truth of ``contacts``, one frame each, to compare estimates with."""
+    """Ground truth of ``contacts``, to compare estimates with.
+
+    Each has a frame of its own, or ``frame (n,)`` has the number of each one's, in order.
+    """
 
     contacts: tuple[Contact, ...]
+    frame: Ints | None = None
 
     @property
     def resultant(self) -> Floats:
@@ -47,6 +50,7 @@ class Truth:
             "resultant_ref": self.resultant,
             "mu_ref": self.mu,
             "phi_ref_deg": self.phi_deg,
+            **({} if self.frame is None else {"frame_ref": self.frame}),
             "contact_shape": np.array([str(c.shape) for c in self.contacts]),
             "contact_center": np.array([(c.center_x, c.center_y) for c in self.contacts]),
             "contact_half": np.array([(c.half_x, c.half_y) for c in self.contacts]),
@@ -59,16 +63,18 @@ class Truth:
         return f"<tfra.Truth of {len(self)} contacts: resultant {self.resultant.shape} N, mu, phi_deg>"
 
 
-def simulated(project: Project, contacts: Sequence[Contact], advance: Advance = silent) -> Floats:
-    """Return the frames of ``contacts``, ``(n, rows, columns)`` in Pa; raises ``InputError`` if there is none."""
+def simulated(project: Project, truth: Truth, advance: Advance = silent) -> Floats:
+    """Frames ``(n, rows, columns)`` in Pa, those of all contacts of a frame added; ``InputError`` if there is none."""
+    contacts, sensor = truth.contacts, project.array.sensor
     if not contacts:
         raise InputError(project.path, "contact", "at least one [[contact]] is needed to simulate frames")
-    parts = []
+    frame = np.arange(len(contacts)) if truth.frame is None else truth.frame
+    frames = np.zeros((frame[-1] + 1, sensor.rows, sensor.columns))
     for start in range(0, len(contacts), CHUNK):
-        part = contacts[start : start + CHUNK]
+        part = slice(start, start + CHUNK)
         try:
-            parts.append(project.layer.frames(project.design.sensor, part))
+            np.add.at(frames, frame[part], project.layer.frames(sensor, contacts[part]))
         except ValueError as error:  # a mesh that is too coarse, or no finite elements installed
             raise InputError(project.path, "", str(error)) from None
-        advance(len(part))
-    return np.concatenate(parts)
+        advance(len(contacts[part]))
+    return frames

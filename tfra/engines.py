@@ -5,11 +5,10 @@ Heavy modules are imported when an engine runs, so that ``import tfra`` and ``tf
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
@@ -18,7 +17,11 @@ if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats, Ints
     from tfra.model.fixed.design import Design
+    from tfra.model.skin.result import SkinResult
+    from tfra.model.skin.skin import Skin
     from tfra.model.tfra import Result
+
+Kind = TypeVar("Kind")
 
 CHUNK = 512  # frames between two steps of the progress bar
 
@@ -58,21 +61,48 @@ def run(
     ``InputError`` naming ``source`` for frames over full scale, or CONFIG where an engine needs a core and there can be
     none, and ``SimulationError`` or ``ProtocolError`` of ``tfra.sim.run`` for a failed simulation.
     """
-    import numpy as np
-
     from tfra.model.fixed.words import decode
+    from tfra.model.tfra import joined
 
     model = estimator(engine, project)
-    if engine in DOUBLE:
-        if converted:
-            frames = np.multiply(codes(project, frames, source), project.design.adc.lsb, dtype=np.float64)
-        return _in_chunks(model, frames, advance)
-    measured = codes(project, frames, source)
+    given = _given(engine, project, frames, source, converted)
     if engine is Engine.RTL:  # one simulation, which tells how far it is
         from tfra.sim.run import simulate
 
-        return decode(project.design, simulate(project.design, measured, progress=advance).words)
-    return _in_chunks(model, measured, advance)
+        return decode(project.design, simulate(project.design, given, progress=advance).words)
+    return joined(list(_in_chunks(model, given, advance)))
+
+
+def run_skin(
+    engine: Engine,
+    project: Project,
+    skin: Skin,
+    frames: Floats,
+    source: str | Path,
+    advance: Advance = silent,
+    converted: bool = False,
+) -> SkinResult:
+    """The same for the ``skin`` of ``project``: its contacts, and the forces of each."""
+    from tfra.model.skin.records import decode_records
+    from tfra.model.skin.result import estimate, joined
+
+    given = _given(engine, project, frames, source, converted)
+    if engine in DOUBLE:
+        windows = estimator(engine, project)
+        return joined(list(_in_chunks(lambda part: estimate(skin, part, windows), given, advance)))
+    check_core(project)
+    if engine is Engine.RTL:
+        raise InputError(project.path, "window", "the rtl engine takes no skins")
+    words = _records(engine, skin)
+    return joined(list(_in_chunks(lambda part: decode_records(skin, words(part)), given, advance)))
+
+
+def _given(engine: Engine, project: Project, frames: Floats, source: str | Path, converted: bool) -> Any:
+    """``frames`` as the engine takes them: codes, stress in Pa, or that of the codes."""
+    if engine in DOUBLE and not converted:
+        return frames
+    measured = codes(project, frames, source)
+    return measured * project.array.adc.lsb if engine in DOUBLE else measured
 
 
 def estimator(engine: Engine, project: Project) -> Callable[[Any], Result]:
@@ -106,27 +136,32 @@ def _words(engine: Engine, design: Design) -> Callable[[Ints], Ints]:
     return lambda given: fixed(given).words
 
 
+def _records(engine: Engine, skin: Skin) -> Callable[[Ints], Ints]:
+    """Records of codes of a skin."""
+    if engine is Engine.C:
+        from tfra.sim.compiled_skin import CompiledSkin
+
+        return CompiledSkin(skin).words
+    from tfra.model.skin.records import records
+
+    windows = _words(engine, skin.window)
+    return lambda given: records(skin, given, windows)
+
+
 def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
     """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` beyond full scale."""
     from tfra.model.converter import quantise
     from tfra.recordings.diagnosis import over_full_scale
 
     try:
-        return quantise(project.design, frames)
+        return quantise(project.array, frames)
     except ValueError as error:  # over full scale
-        raise InputError(source, "", f"{error}{over_full_scale(project.design, frames, project.input)}") from None
+        raise InputError(source, "", f"{error}{over_full_scale(project.array, frames, project.input)}") from None
 
 
-def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> Result:
-    """Run ``data`` in chunks and join their results."""
-    import numpy as np
-
-    from tfra.recordings.results import KEYS, OPTIONAL
-
-    results = []
+def _in_chunks(run: Callable[[Any], Kind], data: Any, advance: Advance) -> Iterator[Kind]:
+    """The result of each chunk of ``data``."""
     for start in range(0, len(data), CHUNK):
-        results.append(run(data[start : start + CHUNK]))
-        advance(len(results[-1].mu))
-    keys = (*KEYS, *(key for key in OPTIONAL if getattr(results[0], key) is not None))
-    parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in keys}
-    return replace(results[0], **parts)
+        part = data[start : start + CHUNK]
+        yield run(part)
+        advance(len(part))

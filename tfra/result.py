@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tfra.codegen.config.read import Project
-from tfra.codegen.config.write import config_text
 from tfra.model import tfra
 from tfra.model.arrays import Floats
 from tfra.model.metrics import ERRORS, Contact, errors
@@ -84,10 +83,9 @@ class Result(tfra.Result):
         docs/recordings.md has the keys and the columns.  ``path`` may be missing, empty, or an earlier result that
         nobody has changed.  Raises ``tfra.InputError`` for anything else, and when the file can't be written.
         """
-        file, design = Path(path), self.project.design
-        check_result(file, "estimate", [self.project.path])
-        text = config_text(design, self.project.layer, "", self.project.weights)
-        write_result(file, Estimate(self.recording, self, self.engine, text), "estimate", [self.project.path])
+        file, inputs = Path(path), [self.project.path]
+        check_result(file, "estimate", inputs)
+        write_result(file, Estimate(self.recording, self, self.engine, self.project.text()), "estimate", inputs)
 
     def view(
         self,

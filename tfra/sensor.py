@@ -49,7 +49,9 @@ def load(path: str | Path) -> "Sensor":
 
     Raises ``tfra.InputError``, a line that names the file, the key and the reason, for anything wrong with it.
     """
-    return Sensor(config.load(path))
+    project = config.load(path)
+    project.require_array("tfra.load")
+    return Sensor(project)
 
 
 @dataclass(frozen=True, repr=False)
@@ -180,8 +182,8 @@ class Sensor:
         given = self.contacts if contacts is None else contacts
         if not isinstance(given, Sequence) or not all(isinstance(each, Contact) for each in given):
             raise InputError("Sensor.simulate", "contacts", f"a list of tfra.Contact is needed, got {quoted(given)}")
-        chosen = tuple(given)
-        return simulated(self.project, chosen), Truth(chosen)
+        truth = Truth(tuple(given))
+        return simulated(self.project, truth), truth
 
     def estimate(
         self, frames: Recording | npt.ArrayLike, engine: EngineName = "float", *, codes: bool = False
@@ -213,7 +215,8 @@ class Sensor:
         project = replace(self.project, input=recording.given)
         with _keywords():
             found = run(Engine(engine), project, recording.frames, "Sensor.estimate", converted=codes)
-        notices = [_as_arguments(doubt) for doubt in doubts(project.design, recording.frames, found, recording.given)]
+        doubted = doubts(project.array, recording.frames, found.status, recording.given)
+        notices = [_as_arguments(doubt) for doubt in doubted]
         for notice in notices:
             warnings.warn(notice, Notice, stacklevel=2)
         return Result(**vars(found), project=self.project, recording=recording, engine=engine, notices=tuple(notices))

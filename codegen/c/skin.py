@@ -12,11 +12,12 @@ from tfra.codegen.c.files import core, files, filled, shared
 from tfra.codegen.c.memory import c_type, ram_bytes, size_of, stack_bytes
 from tfra.codegen.sidecar.build import sidecar
 from tfra.model.arrays import Ints
-from tfra.model.skin.finding import LARGEST_GAP, MOST, THRESHOLD_FRACTION, Found, Mark
-from tfra.model.skin.records import MARK_SHIFT, header_bits
+from tfra.model.skin.finding import LARGEST_GAP, MARK_SHIFT, MOST, THRESHOLD_FRACTION, Found
+from tfra.model.skin.records import header_bits
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.smoothing import GAIN
 from tfra.model.skin.windows import PLACE_FRACTION
+from tfra.recordings.skin_facts import MARKS
 
 _SEED = 1
 _CONES = 12
@@ -38,11 +39,6 @@ _MEANINGS = {
     "marks": "what is special about it",
     "top": "first row of its window, may be beyond the array",
     "left": "first column of its window, may be beyond the array",
-}
-_MARKS = {
-    Mark.EDGE: "the window reaches beyond the array",
-    Mark.LARGE: "the region reaches beyond the window",
-    Mark.TOUCHING: "the region borders on that of a stronger contact",
 }
 
 
@@ -95,7 +91,7 @@ def _values(skin: Skin, facts: Mapping[str, Any]) -> dict[str, object]:
 
 def _header(skin: Skin) -> dict[str, object]:
     name = skin.window.name.upper()
-    marks = (f"    {name}_{mark.name} = {mark >> MARK_SHIFT}, // {text}" for mark, text in _MARKS.items())
+    marks = (f"    {name}_{mark.name} = {mark >> MARK_SHIFT}, // {text}" for mark, text in MARKS.items())
     state = (
         f"    {kind} {member};" if member in _SINGLE else f"    {kind} {member}[{words}];"
         for kind, member, _, words in _members(skin)

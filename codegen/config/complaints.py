@@ -1,13 +1,16 @@
-"""Pydantic's errors in the terms of a CONFIG file."""
+"""Errors of pydantic and of the model in the terms of a CONFIG file."""
 
 import difflib
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import ValidationError
 
 from tfra.codegen.config.schema import FORMS, Document, Section
-from tfra.runtime.errors import quoted
+from tfra.codegen.config.write import KEYS
+from tfra.runtime.errors import InputError, quoted
 
 _NEEDED = {
     "int_type": "a whole number is needed",
@@ -26,6 +29,17 @@ _NEEDED = {
     "too_short": "at least one value is needed",
     "too_long": "at most {max_length} values are supported",
 }
+
+
+@contextmanager
+def blame(file: Path, section: str) -> Iterator[None]:
+    """Turn the model's ``ValueError("field: reason")`` into an ``InputError`` with the file's key."""
+    try:
+        yield
+    except ValueError as error:
+        field, _, reason = str(error).partition(": ")
+        *sections, field = [*([section] if section else []), *field.split(".")]
+        raise InputError(file, ".".join([*sections, KEYS.get(field, field)]), reason) from None
 
 
 def complaint(error: ValidationError, document: type[Section] = Document) -> tuple[str, str]:

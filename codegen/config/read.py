@@ -4,39 +4,41 @@ The keys carry units (``pitch_x_mm``, ``full_scale_pa``, ``phi_deg``); the objec
 Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double nearest to 0.0041.
 """
 
-import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
-from tfra.codegen.config.complaints import complaint
+from tfra.codegen.config.complaints import blame, complaint
+from tfra.codegen.config.contacts import read_contacts
 from tfra.codegen.config.cover import LayerSpec, require_few_modes
 from tfra.codegen.config.names import checked, name_from
 from tfra.codegen.config.schema import (
     ArchitectureSection,
-    ContactSection,
+    ContactsSection,
     Document,
     EstimatorSection,
     FormatsSection,
     InputSection,
     LayerSection,
     Section,
-    SensorSection,
     exact,
+    metres,
 )
 from tfra.codegen.config.weights import read_weights
-from tfra.codegen.config.write import KEYS
+from tfra.codegen.config.write import KEYS, config_text
+from tfra.model.arrays import Ints
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray, SensorKey, sensor_keys
+from tfra.model.skin.finding import Finding
+from tfra.model.skin.skin import Skin
 from tfra.recordings.input import PLAIN, Input, overridden
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import read_toml
@@ -44,14 +46,16 @@ from tfra.runtime.inputs import read_toml
 MOST_TAXELS = 4096
 """The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""
 
-MOST_CONTACTS = 100_000
-"""Contacts of a file, each direction counted."""
+LONGEST_SIDE = 128
+"""Rows or columns of a skin."""
+
 
 @dataclass(frozen=True, slots=True)
 class Project:
     """The content of a CONFIG file: the core, the simulated cover, the contacts, recordings, and the file itself.
 
-    ``weights`` names the file of an estimator that is trained, relative to CONFIG's folder.
+    ``weights`` names the file of an estimator that is trained, relative to CONFIG's folder.  Of a ``skin``, ``design``
+    is that of a window, and ``together`` so many contacts, one after the other, are those of a frame.
     """
 
     design: Design
@@ -60,6 +64,27 @@ class Project:
     path: Path
     input: Input = PLAIN
     weights: str | None = None
+    skin: Skin | None = None
+    together: int = 1
+
+    @property
+    def frame(self) -> Ints | None:
+        """The number of each contact's frame, if contacts share frames."""
+        return np.arange(len(self.contacts)) // self.together if self.skin else None
+
+    @property
+    def array(self) -> Skin | Design:
+        """What takes whole frames: its ``sensor`` and its ``adc`` are those of recordings."""
+        return self.skin or self.design
+
+    def text(self) -> str:
+        """CONFIG that makes the same array, without contacts and recordings."""
+        return config_text(self.design, self.layer, "", self.weights, self.skin)
+
+    def require_array(self, command: str) -> None:
+        """Raise ``InputError`` for a skin, which ``command`` knows nothing of."""
+        if self.skin:
+            raise InputError(self.path, "window", f"{command} takes no skins")
 
 
 def load(path: str | Path) -> Project:
@@ -86,37 +111,30 @@ def build_project(content: Mapping[str, object], file: Path) -> Project:
         document = Document.model_validate(content)
     except ValidationError as error:
         raise InputError(file, *complaint(error)) from None
-    sensor = _sensor(file, document.sensor)
-    with _blame(file, "layer"):
+    sensor = _sensor(file, document)
+    with blame(file, "layer"):
         cover = ElasticLayer.under(sensor, document.layer.poisson)
         if document.layer.solver == "fem":
             _require_fem(document.layer)
-    with _blame(file, "sensor"):
+    with blame(file, "sensor"):
         require_few_modes(cover)
+    design, skin = _array(file, document, sensor)
+    contacts, together = read_contacts(file, document)
     return Project(
-        design=_design(file, document, sensor),
+        design=design,
         layer=LayerSpec(
             document.layer.poisson,
             document.layer.sampling,
             document.layer.solver,
-            _metres(exact(document.layer.element_mm)),
+            metres(exact(document.layer.element_mm)),
         ),
-        contacts=tuple(_contacts(file, document)),
+        contacts=contacts,
         path=file,
         input=_input(file, document.input),
         weights=document.estimator.weights,
+        skin=skin,
+        together=together,
     )
-
-
-@contextmanager
-def _blame(file: Path, section: str) -> Iterator[None]:
-    """Turn the model's ``ValueError("field: reason")`` into an ``InputError`` with the file's key."""
-    try:
-        yield
-    except ValueError as error:
-        field, _, reason = str(error).partition(": ")
-        *sections, field = [*([section] if section else []), *field.split(".")]
-        raise InputError(file, ".".join([*sections, KEYS.get(field, field)]), reason) from None
 
 
 def _require_fem(section: LayerSection) -> None:
@@ -126,25 +144,50 @@ def _require_fem(section: LayerSection) -> None:
         raise ValueError(f"poisson: finite elements need 0 <= nu < 0.5, got {section.poisson}")
 
 
-def _sensor(file: Path, section: SensorSection) -> SensorArray:
-    values: dict[SensorKey, Any] = {key: getattr(section, key.config) for key in sensor_keys()}
-    with _blame(file, "sensor"):
-        if (taxels := math.prod(value for key, value in values.items() if not key.unit)) > MOST_TAXELS:
-            raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported, got {taxels}")
-        given: dict[str, Any] = {key.field: _metres(exact(x)) if key.is_length else x for key, x in values.items()}
-        return SensorArray(**given)
+def _sensor(file: Path, document: Document) -> SensorArray:
+    values: dict[SensorKey, Any] = {key: getattr(document.sensor, key.config) for key in sensor_keys()}
+    with blame(file, "sensor"):
+        given: dict[str, Any] = {key.field: metres(exact(x)) if key.is_length else x for key, x in values.items()}
+        sensor = SensorArray(**given)
+        if document.window is None:
+            _require_few(sensor.taxels, " without a section window")
+        for key in ("rows", "columns"):
+            if getattr(sensor, key) > LONGEST_SIDE and document.window:
+                raise ValueError(f"{key}: at most {LONGEST_SIDE} are supported, got {getattr(sensor, key)}")
+        return sensor
+
+
+def _require_few(taxels: int, hint: str = "") -> None:
+    if taxels > MOST_TAXELS:
+        raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported{hint}, got {taxels}")
+
+
+def _array(file: Path, document: Document, sensor: SensorArray) -> tuple[Design, Skin | None]:
+    """The only core; or that of a window, and the skin that is made of it."""
+    if document.window is None:
+        if document.contacts:
+            raise InputError(file, "contacts", "belongs to a skin: a section window is needed")
+        return _design(file, document, sensor), None
+    with blame(file, "window"):
+        window = replace(sensor, rows=document.window.rows, columns=document.window.columns)
+        _require_few(window.taxels)
+    design = _design(file, document, window)
+    with blame(file, "contacts"):
+        choices = Finding(**_given(document.contacts or ContactsSection()))
+    with blame(file, ""):
+        return design, Skin(sensor, design, choices)
 
 
 def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
     parts = {}
     makers: dict[str, Callable[..., Any]] = {"adc": Adc, "search": Search, "bus": Bus}
     for name, make in makers.items():
-        with _blame(file, name):
+        with blame(file, name):
             parts[name] = make(**_given(getattr(document, name)))
-    with _blame(file, "formats"):
+    with blame(file, "formats"):
         parts["formats"] = _formats(document.formats)
     estimator, own = _estimator(file, document.estimator, sensor)
-    with _blame(file, ""):
+    with blame(file, ""):
         return estimator(
             sensor=sensor,
             name=name_from(file.stem) if document.name is None else checked(document.name),
@@ -165,7 +208,7 @@ def _given(section: Section) -> dict[str, Any]:
 def _estimator(file: Path, section: EstimatorSection, sensor: SensorArray) -> tuple[type[Design], dict[str, Any]]:
     """The class of the design, and its fields beside the choices."""
     estimator, given = ESTIMATORS[section.kind], section.model_dump(exclude={"kind"}, exclude_none=True)
-    with _blame(file, "estimator"):
+    with blame(file, "estimator"):
         for key in (key for key in given if key not in estimator.config_keys):
             kinds = " or ".join(f'"{name}"' for name, each in ESTIMATORS.items() if key in each.config_keys)
             raise ValueError(f"{key}: belongs to kind = {kinds}")
@@ -179,7 +222,7 @@ def _estimator(file: Path, section: EstimatorSection, sensor: SensorArray) -> tu
 
 def _input(file: Path, section: InputSection) -> Input:
     given = section.model_dump(exclude_none=True)
-    with _blame(file, "input"):
+    with blame(file, "input"):
         return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
 
 
@@ -196,47 +239,3 @@ def _architecture(section: ArchitectureSection, sensor: SensorArray) -> Architec
     most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
     default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
     return replace(default, **_given(section))
-
-
-def _contacts(file: Path, document: Document) -> Iterator[Contact]:
-    count = 0
-    for number, section in enumerate(document.contact, 1):
-        with _blame(file, f"contact#{number}"):
-            directions = section.directions()
-            count += len(directions)
-            if count > MOST_CONTACTS:
-                raise ValueError(f"phi_deg: at most {MOST_CONTACTS} directions of all contacts are supported")
-            center_x = _center("x", section, document.sensor.columns, document.sensor.pitch_x_mm)
-            center_y = _center("y", section, document.sensor.rows, document.sensor.pitch_y_mm)
-            for degrees in directions:
-                yield Contact(
-                    shape=section.shape,  # type: ignore[arg-type]  # names are converted and checked there
-                    center_x=_metres(center_x),
-                    center_y=_metres(center_y),
-                    half_x=_metres(exact(section.half_x_mm)),
-                    half_y=_metres(exact(section.half_y_mm)),
-                    normal_force=section.force_n,
-                    mu=section.mu,
-                    phi=math.radians(degrees),
-                )
-
-
-def _center(axis: str, section: ContactSection, count: int, pitch_mm: float) -> Fraction:
-    """Return the centre along ``axis`` in mm; raises ``ValueError`` when the footprint leaves the block."""
-    given = getattr(section, f"center_{axis}_mm")
-    half, pitch = exact(getattr(section, f"half_{axis}_mm")), exact(pitch_mm)
-    center = (count - 1) * pitch / 2 if given is None else exact(given)
-    low, high = -pitch / 2, (count - Fraction(1, 2)) * pitch
-    if center - half < low or center + half > high:
-        key = f"half_{axis}_mm" if 2 * half > high - low else f"center_{axis}_mm"
-        reach, block = _span(center - half, center + half), _span(low, high)
-        raise ValueError(f"{key}: the footprint {reach} leaves the block {block}")
-    return center
-
-
-def _span(low: Fraction, high: Fraction) -> str:
-    return f"from {float(low):g} to {float(high):g} mm"
-
-
-def _metres(millimetres: Fraction) -> float:
-    return float(millimetres / 1000)

@@ -15,6 +15,7 @@ from tfra.model.choices import Adc, Architecture, Bus, Images, Search
 from tfra.model.cover.layer import Sampling
 from tfra.model.estimators import DEFAULT, ESTIMATORS
 from tfra.model.sensor import sensor_keys
+from tfra.model.skin.finding import Finding
 from tfra.recordings.input import Input
 
 MOST_DIRECTIONS = 100_000
@@ -34,6 +35,11 @@ def exact(value: float) -> Fraction:
     return Fraction(repr(value))
 
 
+def metres(millimetres: Fraction) -> float:
+    """Return the double nearest to ``millimetres`` in metres."""
+    return float(millimetres / 1000)
+
+
 class Section(BaseModel):
     """Immutable, no unknown keys, no conversions except int to float, no nan or inf."""
 
@@ -45,6 +51,21 @@ _SENSOR: dict[str, Any] = {key.config: Length if key.is_length else float if key
 
 class SensorSection(create_model("_", __base__=Section, **_SENSOR)):  # type: ignore[misc]  # its fields are those of a table
     """``[sensor]``: the array; the cover block reaches half a pitch beyond the outer taxels."""
+
+
+class WindowSection(Section):
+    """``[window]``: the taxels that the estimator of one contact sees; with it, the array is a skin."""
+
+    rows: int
+    columns: int
+
+
+class ContactsSection(Section):
+    """``[contacts]``: how the contacts of a skin are told apart."""
+
+    most: int = Finding().most
+    threshold: float = Finding().threshold
+    gap: int = Finding().gap
 
 
 class AdcSection(Section):
@@ -173,7 +194,10 @@ FORMS = ("one", "list", "table")
 
 
 class ContactSection(Section):
-    """``[[contact]]``: one load, once per direction in ``phi_deg``; the centre defaults to the block's."""
+    """``[[contact]]``: one load, once per direction in ``phi_deg``; the centre defaults to the block's.
+
+    Those of a skin act together: each has as many directions, or one that stays.
+    """
 
     shape: str
     center_x_mm: float | None = None
@@ -201,6 +225,8 @@ class Document(Section):
 
     name: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
     sensor: SensorSection
+    window: WindowSection | None = None
+    contacts: ContactsSection | None = None
     adc: AdcSection = AdcSection()
     input: InputSection = InputSection()
     search: SearchSection = SearchSection()

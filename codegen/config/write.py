@@ -14,6 +14,7 @@ from tfra.model.choices import FORMATS
 from tfra.model.estimators import DEFAULT
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray, sensor_keys
+from tfra.model.skin.skin import Skin
 
 KEYS = {
     "full_scale": "full_scale_pa",
@@ -46,14 +47,16 @@ Sections = dict[str, Mapping[str, Value]]
 """Keys and values by the name of their section, which is empty for those in front of all sections."""
 
 
-def config_text(design: Design, layer: LayerSpec | None, comment: str, weights: str | None = None) -> str:
+def config_text(
+    design: Design, layer: LayerSpec | None, comment: str, weights: str | None = None, skin: Skin | None = None
+) -> str:
     """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.read.load` makes the same design of it.
 
     Without a ``layer``, the cover is the default one.  ``weights`` names the file of the learned estimator; with None,
-    the estimator is TFRA.
+    the estimator is TFRA.  Of a ``skin``, ``design`` is that of a window.
     """
     lines = [f"# {line}" for line in comment.splitlines()]
-    for title, keys in (sections(design, layer) | _estimator(design, weights)).items():
+    for title, keys in (sections(design, layer) | _skin(skin) | _estimator(design, weights)).items():
         if keys:
             lines += [*(["", f"[{title}]"] if title else []), *(assignment(key, keys[key]) for key in keys)]
     return "\n".join(lines) + "\n"
@@ -77,6 +80,13 @@ def sections(design: Design, layer: LayerSpec | None) -> Sections:
         "bus": _keys(design.bus),
         "layer": _keys(layer, cover) | {"element_mm": millimetres(layer.element)} if layer else {},
     }
+
+
+def _skin(skin: Skin | None) -> Sections:
+    if skin is None:
+        return {}
+    window = dict(zip(("rows", "columns"), skin.shape, strict=True))
+    return {"sensor": sensor_section(skin.sensor), "window": window, "contacts": _keys(skin.choices)}
 
 
 def assignment(key: str, value: Value) -> str:

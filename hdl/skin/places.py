@@ -9,8 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import driver, register
 from tfra.hdl.skin.payloads import column, contact, region, row
-from tfra.model.skin.finding import Mark
-from tfra.model.skin.records import MARK_SHIFT
+from tfra.model.skin.finding import MARK_SHIFT, Mark
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.windows import PLACE_FRACTION
 

@@ -27,14 +27,18 @@ LARGEST_GAP = 4
 """Most taxels about a region that belong to no other contact."""
 
 
+MARK_SHIFT = 8
+"""Bits of a status below those of ``Mark``."""
+
+
 class Mark(IntFlag):
     """What is special about a contact; its bits are above those of ``tfra.Status``."""
 
-    EDGE = 256
+    EDGE = 1 << MARK_SHIFT
     """The window reaches beyond the array."""
-    LARGE = 512
+    LARGE = 2 << MARK_SHIFT
     """The region reaches beyond the window."""
-    TOUCHING = 1024
+    TOUCHING = 4 << MARK_SHIFT
     """The region borders on that of a stronger contact."""
 
 

@@ -10,13 +10,10 @@ import numpy as np
 from tfra.model.arrays import Ints
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.words import decode
-from tfra.model.skin.finding import MOST, Found, Mark
+from tfra.model.skin.finding import MARK_SHIFT, MOST, Found, Mark
 from tfra.model.skin.result import SkinResult, skin_result
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.windows import PLACE_FRACTION, corners
-
-MARK_SHIFT = 8
-"""The lowest bit of a ``Mark``."""
 
 
 def header_bits(skin: Skin) -> dict[str, int]:

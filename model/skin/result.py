@@ -1,13 +1,14 @@
 """What is known of the contacts of a skin: where they are, and the forces in their windows."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model import tfra
 from tfra.model.arrays import Floats, Ints
-from tfra.model.skin.finding import Found
+from tfra.model.skin.finding import MARK_SHIFT, Found
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.smoothing import Number
 from tfra.model.skin.windows import PLACE_FRACTION
@@ -35,6 +36,14 @@ class SkinResult:
     found: Ints
     dropped: Ints
 
+    @property
+    def frame_status(self) -> Ints:
+        """Status of each frame's first contact, that of the highest peak, ``(n,)``."""
+        status = np.full(len(self.found), tfra.Status.NO_CONTACT, dtype=np.int64)
+        first = self.contact == 0
+        status[self.frame[first]] = self.windows.status[first] % (1 << MARK_SHIFT)
+        return status
+
 
 def skin_result(skin: Skin, found: Found, windows: Result) -> SkinResult:
     """The contacts that were ``found``, and the ``windows`` of each as an estimator sees them."""
@@ -51,6 +60,15 @@ def skin_result(skin: Skin, found: Found, windows: Result) -> SkinResult:
         found=found.found,
         dropped=found.dropped,
     )
+
+
+def joined(results: Sequence[SkinResult]) -> SkinResult:
+    """One result of the frames of all ``results`` of a skin."""
+    before = np.cumsum([0, *(len(each.found) for each in results)])
+    every = [replace(each, frame=each.frame + first) for each, first in zip(results, before, strict=False)]
+    arrays = [each.name for each in fields(SkinResult) if each.name != "windows"]
+    together = {key: np.concatenate([getattr(each, key) for each in every]) for key in arrays}
+    return SkinResult(**together, windows=tfra.joined([each.windows for each in every]))
 
 
 def estimate(skin: Skin, frames: npt.NDArray[Number], estimator: Callable[[npt.NDArray[Number]], Result]) -> SkinResult:

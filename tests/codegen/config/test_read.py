@@ -212,7 +212,7 @@ WRONG = [
     # sensor and contacts
     ("rows = 1", "at least 2 taxels are needed, got 1"),
     ("columns = 1", "at least 2 taxels are needed, got 1"),
-    ("rows = 410", "at most 4096 taxels (rows x columns) are supported, got 4100"),
+    ("rows = 410", "at most 4096 taxels (rows x columns) are supported without a section window, got 4100"),
     ("thickness_mm = 1e9", "1000 or less is needed, got 1000000000.0"),
     ('shape = "round"', "one of hertz, uniform, rounded is needed, got 'round'"),
     ("half_x_mm = 0", "0.001 or more is needed, got 0"),

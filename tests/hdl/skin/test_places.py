@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from tests.hdl.skin.skins import skin_of, small_window
 from tfra.hdl.skin.places import Places
-from tfra.model.skin.finding import Mark
-from tfra.model.skin.records import MARK_SHIFT
+from tfra.model.skin.finding import MARK_SHIFT, Mark
 from tfra.model.skin.regions import spans
 from tfra.model.skin.windows import corners, places
 from tfra.sim.harness import flowing, random_stalls, run

@@ -1,0 +1,144 @@
+"""Skins on the command line: frames of several contacts, and the forces of each."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.test_cli import refusal
+from tfra.cli.main import main
+from tfra.codegen.config.read import load
+from tfra.model.converter import quantise
+from tfra.model.skin.records import decode_records, records
+from tfra.model.skin.result import estimate
+from tfra.model.tfra import Tfra
+
+SKIN = """
+[sensor]
+rows = 12
+columns = 20
+pitch_x_mm = 3
+pitch_y_mm = 3
+thickness_mm = 3
+
+[window]
+rows = 6
+columns = 6
+
+[[contact]]
+shape = "hertz"
+center_x_mm = 12
+center_y_mm = 15
+half_x_mm = 4
+half_y_mm = 3
+force_n = -4
+mu = 0.6
+phi_deg = [0, 120, 240]
+
+[[contact]]
+shape = "uniform"
+center_x_mm = 51
+center_y_mm = 18
+half_x_mm = 3
+half_y_mm = 3
+force_n = -2
+mu = 0.3
+phi_deg = 40
+"""
+
+
+@pytest.fixture
+def stress(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> np.ndarray:
+    """Frames of the skin in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(SKIN)
+    assert main(["frames", "skin.toml", "--out", "frames.npz"]) == 0
+    with np.load("frames.npz") as archive:
+        assert archive["frame_ref"].tolist() == [0, 0, 1, 1, 2, 2]
+        return np.array(archive["frames"])
+
+
+def test_frames_are_sums(stress: np.ndarray) -> None:
+    project = load("skin.toml")
+    alone = project.layer.frames(project.array.sensor, project.contacts)
+    np.testing.assert_allclose(stress, alone[0::2] + alone[1::2], atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["float", "fixed", "c"])
+def test_every_engine_finds_the_contacts(stress: np.ndarray, engine: str) -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--engine", engine]) == 0
+    skin = load("skin.toml").skin
+    assert skin
+    if engine == "float":
+        wanted = estimate(skin, stress, Tfra.of(skin.window))
+    else:
+        words = records(skin, quantise(skin, stress), lambda codes: skin.window.model(codes).words)
+        wanted = decode_records(skin, words)
+    with np.load("r.npz") as found:
+        assert found["frame"].tolist() == [0, 0, 1, 1, 2, 2]
+        assert found["contact"].tolist() == [0, 1] * 3
+        np.testing.assert_array_equal(found["x_mm"], 1e3 * wanted.x)
+        np.testing.assert_array_equal(found["y_mm"], 1e3 * wanted.y)
+        np.testing.assert_array_equal(found["resultant"], wanted.windows.resultant)
+        np.testing.assert_array_equal(found["forces"], wanted.windows.forces)
+        np.testing.assert_array_equal(found["status"], wanted.windows.status)
+        np.testing.assert_array_equal(found["stress"], stress)
+        assert found["found"].tolist() == [2, 2, 2]
+    normal = wanted.windows.resultant[:, 2]
+    np.testing.assert_allclose(normal, [-4, -2] * 3, rtol=0.3)
+
+
+def test_tables_have_a_row_for_each_contact(stress: np.ndarray) -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.csv"]) == 0
+    contacts, frames, forces = (
+        list(csv.DictReader(Path(f"r.csv/{name}.csv").open())) for name in ("contacts", "frames", "forces")
+    )
+    assert [(row["frame"], row["contact"]) for row in contacts] == [(str(f), str(c)) for f in range(3) for c in (0, 1)]
+    assert [(row["frame"], row["found"], row["dropped"]) for row in frames] == [(str(f), "2", "0") for f in range(3)]
+    for contact in contacts:
+        own = [row for row in forces if (row["frame"], row["contact"]) == (contact["frame"], contact["contact"])]
+        assert sum(float(row["fz_n"]) for row in own) == pytest.approx(float(contact["fz_n"]), abs=1e-9)
+        assert min(int(row["row"]) for row in own) == int(contact["top"])
+        assert min(int(row["column"]) for row in own) == int(contact["left"])
+
+
+def test_json_has_the_contacts(stress: np.ndarray, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["frames"] == 3
+    assert said["contacts"]["frame"] == [0, 0, 1, 1, 2, 2]
+    assert len(said["contacts"]["mu"]) == len(said["contacts"]["x_mm"]) == 6
+    assert (said["summary"]["contacts"], said["summary"]["most_in_a_frame"], said["summary"]["dropped"]) == (6, 2, 0)
+
+
+def test_too_many_contacts_are_dropped_and_told(stress: np.ndarray, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("skin.toml").write_text(SKIN + "[contacts]\nmost = 1\n")
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
+    assert "3 contacts in 3 frames, at most 1 in one; 3 more are dropped" in capsys.readouterr().out
+
+
+def test_a_skin_at_rest_has_no_contacts(stress: np.ndarray, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("rest.npy", np.zeros((4, 12, 20)))
+    for engine in ("float", "fixed"):
+        assert main(["estimate", "skin.toml", "rest.npy", "--out", "r.npz", "--engine", engine]) == 0
+        out, err = capsys.readouterr()
+        assert "0 contacts in 4 frames" in out
+        assert "4 of 4 frames have no contact" in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("size", "--target", "ecp5-45", "--frames-per-second", "100", "--latency-us", "1000"),
+        ("live", "frames.npz"),
+    ],
+)
+def test_commands_that_take_no_skin_say_so(
+    stress: np.ndarray, arguments: tuple[str, ...], capfd: pytest.CaptureFixture[str]
+) -> None:
+    command, *options = arguments
+    line = f"skin.toml: window: tfra {command} takes no skins"
+    assert refusal(capfd, command, "skin.toml", *options) == line
