@@ -2,6 +2,7 @@
 
 import csv
 import json
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from tfra.model.tfra import Tfra
 
 SKIN = """
 [sensor]
-rows = 12
+rows = 16
 columns = 20
 pitch_x_mm = 3
 pitch_y_mm = 3
@@ -30,7 +31,7 @@ columns = 6
 [[contact]]
 shape = "hertz"
 center_x_mm = 12
-center_y_mm = 15
+center_y_mm = 21
 half_x_mm = 4
 half_y_mm = 3
 force_n = -4
@@ -39,8 +40,8 @@ phi_deg = [0, 120, 240]
 
 [[contact]]
 shape = "uniform"
-center_x_mm = 51
-center_y_mm = 18
+center_x_mm = 46
+center_y_mm = 21
 half_x_mm = 3
 half_y_mm = 3
 force_n = -2
@@ -92,9 +93,8 @@ def test_every_engine_finds_the_contacts(stress: np.ndarray, engine: str) -> Non
 
 def test_tables_have_a_row_for_each_contact(stress: np.ndarray) -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.csv"]) == 0
-    contacts, frames, forces = (
-        list(csv.DictReader(Path(f"r.csv/{name}.csv").open())) for name in ("contacts", "frames", "forces")
-    )
+    tables = (Path(f"r.csv/{name}.csv").read_text() for name in ("contacts", "frames", "forces"))
+    contacts, frames, forces = (list(csv.DictReader(StringIO(text))) for text in tables)
     assert [(row["frame"], row["contact"]) for row in contacts] == [(str(f), str(c)) for f in range(3) for c in (0, 1)]
     assert [(row["frame"], row["found"], row["dropped"]) for row in frames] == [(str(f), "2", "0") for f in range(3)]
     for contact in contacts:
@@ -121,7 +121,7 @@ def test_too_many_contacts_are_dropped_and_told(stress: np.ndarray, capsys: pyte
 
 
 def test_a_skin_at_rest_has_no_contacts(stress: np.ndarray, capsys: pytest.CaptureFixture[str]) -> None:
-    np.save("rest.npy", np.zeros((4, 12, 20)))
+    np.save("rest.npy", np.zeros((4, 16, 20)))
     for engine in ("float", "fixed"):
         assert main(["estimate", "skin.toml", "rest.npy", "--out", "r.npz", "--engine", engine]) == 0
         out, err = capsys.readouterr()

@@ -245,18 +245,19 @@ def test_keys(shown: Browser) -> None:
 
 
 def test_play_goes_on_to_the_last_frame_and_begins_again(shown: Browser) -> None:
-    choose(shown, "speed", 50)
+    choose(shown, "speed", 5)  # seconds are left to stop it
     go(shown, 2)
     shown.evaluate("document.activeElement.blur()")
     press(shown, " ")
     assert shown.evaluate("play.textContent") == "Pause"
-    shown.until("Number(document.body.dataset.frame) > 5")
+    shown.until("Number(document.body.dataset.frame) > 2")
     press(shown, " ")
     assert shown.evaluate("play.textContent") == "Play"
     stopped = at(shown)
     assert shown.evaluate("new Promise(done => setTimeout(() => done(document.body.dataset.frame), 100))") == str(
         stopped
     )
+    choose(shown, "speed", 1000)
     shown.evaluate("play.click()")
     shown.until("document.body.dataset.frame == 23 && play.textContent == 'Play'")
     choose(shown, "speed", 1)
