@@ -94,6 +94,7 @@ class SkinEstimate:
         places = {"x_mm": 1e3 * found.x, "y_mm": 1e3 * found.y}
         return {
             **{key: getattr(found, key) for key in ("frame", "contact")},
+            "track": found.tracks(),
             **places,
             **{key: getattr(found, key) for key in ("taxels", "top", "left")},
         }

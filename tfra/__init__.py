@@ -24,6 +24,7 @@ from __future__ import annotations
 TYPE_CHECKING = False  # importing typing takes milliseconds, and every command imports this file
 if TYPE_CHECKING:
     from tfra.contacts import Truth as Truth
+    from tfra.found import Contacts as Contacts
     from tfra.model.cover.contact import Contact as Contact
     from tfra.model.cover.contact import ContactShape as ContactShape
     from tfra.model.tfra import Status as Status
@@ -35,11 +36,14 @@ if TYPE_CHECKING:
     from tfra.runtime.errors import Notice as Notice
     from tfra.sensor import Sensor as Sensor
     from tfra.sensor import load as load
+    from tfra.skin import Skin as Skin
+    from tfra.skin import load_skin as load_skin
 
     __version__: str
 
 _HOMES = {
     "Contact": "tfra.model.cover.contact",
+    "Contacts": "tfra.found",
     "ContactShape": "tfra.model.cover.contact",
     "Errors": "tfra.result",
     "InputError": "tfra.runtime.errors",
@@ -48,9 +52,11 @@ _HOMES = {
     "Recording": "tfra.recordings.frames",
     "Result": "tfra.result",
     "Sensor": "tfra.sensor",
+    "Skin": "tfra.skin",
     "Status": "tfra.model.tfra",
     "Truth": "tfra.contacts",
     "load": "tfra.sensor",
+    "load_skin": "tfra.skin",
 }
 """Modules that are imported at the first use of a name."""
 

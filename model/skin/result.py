@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,7 @@ from tfra.model.arrays import Floats, Ints
 from tfra.model.skin.finding import MARK_SHIFT, Found
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.smoothing import Number
+from tfra.model.skin.tracking import tracks
 from tfra.model.skin.windows import PLACE_FRACTION
 from tfra.model.tfra import Result
 
@@ -22,7 +24,7 @@ class SkinResult:
     Of shape ``(k,)``: the ``frame``, the number of the ``contact`` in it, ``x`` and ``y`` of the region's centroid in m
     from the first taxel, ``taxels`` of the region, ``top`` and ``left``, the first row and column of the window.
     ``windows`` has a frame for each contact; its status has the bits of ``Mark``, too.  ``found`` and ``dropped (n,)``:
-    contacts of each frame, and peaks beyond as many as there may be.
+    contacts of each frame, and peaks beyond as many as there may be.  ``pitch``: the smaller one, in m.
     """
 
     frame: Ints
@@ -35,6 +37,15 @@ class SkinResult:
     windows: Result
     found: Ints
     dropped: Ints
+    pitch: float
+
+    def tracks(self, distance: float | None = None) -> Ints:
+        """Numbers ``(k,)`` that contacts keep over frames.
+
+        They do while they move less than ``distance`` m from frame to frame, by default two pitches.
+        """
+        places = np.stack([self.x, self.y], axis=1)
+        return tracks(self.found, places, 2 * self.pitch if distance is None else distance)
 
     @property
     def frame_status(self) -> Ints:
@@ -59,6 +70,7 @@ def skin_result(skin: Skin, found: Found, windows: Result) -> SkinResult:
         windows=replace(windows, status=windows.status | found.marks),
         found=found.found,
         dropped=found.dropped,
+        pitch=min(skin.sensor.pitch_x, skin.sensor.pitch_y),
     )
 
 
@@ -66,9 +78,9 @@ def joined(results: Sequence[SkinResult]) -> SkinResult:
     """One result of the frames of all ``results`` of a skin."""
     before = np.cumsum([0, *(len(each.found) for each in results)])
     every = [replace(each, frame=each.frame + first) for each, first in zip(results, before, strict=False)]
-    arrays = [each.name for each in fields(SkinResult) if each.name != "windows"]
-    together = {key: np.concatenate([getattr(each, key) for each in every]) for key in arrays}
-    return SkinResult(**together, windows=tfra.joined([each.windows for each in every]))
+    names = [each.name for each in fields(SkinResult) if isinstance(getattr(every[0], each.name), np.ndarray)]
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in every]) for name in names}
+    return replace(every[0], windows=tfra.joined([each.windows for each in every]), **arrays)
 
 
 def estimate(skin: Skin, frames: npt.NDArray[Number], estimator: Callable[[npt.NDArray[Number]], Result]) -> SkinResult:

@@ -15,6 +15,7 @@ from setuptools import find_packages
 
 import tfra
 from tests.cli.test_cli import CONFIG
+from tfra.array import _as_arguments
 from tfra.cli.main import main
 from tfra.codegen.config import read as config
 from tfra.model.converter import quantise
@@ -24,7 +25,6 @@ from tfra.model.metrics import errors
 from tfra.model.tfra import Tfra
 from tfra.recordings.results import KEYS
 from tfra.runtime.errors import InputError
-from tfra.sensor import _as_arguments
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SKIN = EXAMPLES / "skin_8x12.toml"
