@@ -29,25 +29,25 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[0], CASES[2], *long(CASES[1], *CASES[3:])])
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[0], *long(*CASES[1:])])
 def test_every_word_equals_the_model(design, stall_in, stall_out):
     check_words(design, codes_of(design, 9, seed=1), stall_in=stall_in, stall_out=stall_out, seed=3)
 
 
-@pytest.mark.parametrize(("seed", "forces"), long((21, False), (20, True), (22, True), (23, True), (24, False)))
+@pytest.mark.parametrize(("seed", "forces"), long((21, False), (22, True)))
 def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
     """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
     design = random_design(seed, taxel_forces=forces)
     check_words(design, codes_of(design, 9, seed), stall_out=sleepy, seed=seed)
 
 
-@pytest.mark.parametrize("seed", [3, *long(4, 11, *range(30, 42))])
+@pytest.mark.parametrize("seed", [3, *long(4, 11, *range(30, 35))])
 def test_timing_is_what_the_gateware_does(seed):
     design = random_design(seed)
     check_timing(design, codes_of(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(104, *range(110, 119)))
+@pytest.mark.parametrize("seed", long(104, *range(110, 114)))
 def test_signals_with_word_lengths_of_their_own(seed):
     design = mixed_design(seed)
     check_timing(design, codes_of(design, 8, seed))

@@ -32,21 +32,21 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[2], *long(*CASES[:2], *CASES[3:])])
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[2], *long(CASES[0], CASES[3], CASES[5])])
 def test_every_word_equals_the_model(design, stall_in, stall_out):
     directed = directed_codes(design)
     scenes = contact_codes(design, 2, seed=1), directed[:6], directed[-3:], wild_codes(design, 1, seed=2)
     check_words(design, np.concatenate(scenes), stall_in=stall_in, stall_out=stall_out, seed=3)
 
 
-@pytest.mark.parametrize("seed", long(18, 19, 20))
+@pytest.mark.parametrize("seed", long(18))
 def test_everything_has_its_place_while_the_output_sleeps(seed):
     """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
     design = random_design(seed)
     check_words(design, contact_codes(design, 9, seed), stall_out=sleepy, seed=seed)
 
 
-@pytest.mark.parametrize(("seed", "held"), long((22, 1), (21, 1), (23, 1), (21, 4), (22, 4), (23, 4)))
+@pytest.mark.parametrize(("seed", "held"), long((22, 1), (23, 4)))
 def test_a_reset_at_any_time_forgets_all(seed, held):
     """Only control is cleared: sums run on, words and memories keep what they hold, and no later frame shows it."""
     design, rng = random_design(seed), random.Random(seed)
@@ -55,19 +55,19 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
     check_resets(design, contact_codes(design, 3, seed), interrupted, held, rng)
 
 
-@pytest.mark.parametrize("seed", [2, *long(0, 1, 3, 4, 10, 5, 6, 7, 8, 9, 11)])
+@pytest.mark.parametrize("seed", [2, *long(0, 4, 7, 9, 10)])
 def test_timing_is_what_the_gateware_does(seed):
     design = random_design(seed)
     check_timing(design, contact_codes(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(0, 1, 2, 3, 4, 6, 7, 8, 10, 12))
+@pytest.mark.parametrize("seed", long(0, 2, 3, 10))
 def test_signals_with_word_lengths_of_their_own(seed):
     design = mixed_design(seed)
     check_timing(design, contact_codes(design, 6, seed))
 
 
-@pytest.mark.parametrize("seed", long(12, 13, 14, 15, 16, 17))
+@pytest.mark.parametrize("seed", long(12, 15, 17))
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     check_single_frame(design, contact_codes(design, 1, seed))
