@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from tfra.train.loop import State
     from tfra.train.run import Advance
 
+KINDS = ("missed", "invented")
+"""Shares of a skin's contacts."""
+
 Out = Annotated[Path, typer.Option(metavar="WEIGHTS.npz", help="Where the weights go.")]
 Minutes = Annotated[
     float | None, typer.Option(min=0.01, max=1e5, metavar="M", help="Time of the training itself, instead of --steps.")
@@ -24,7 +27,13 @@ Steps = Annotated[
     int | None, typer.Option(min=1, max=10**9, metavar="N", help="Steps of 512 frames; default: 120,000.")
 ]
 Channels = Annotated[
-    tuple[int, int], typer.Option(min=1, max=1024, metavar="C1 C2", help="Units in each layer, times four mirrors.")
+    tuple[int, int] | None,
+    typer.Option(
+        min=1,
+        max=1024,
+        metavar="C1 C2",
+        help="Units in each layer, times four mirrors. Default: 48 24, for a skin 96 48.",
+    ),
 ]
 
 
@@ -34,11 +43,14 @@ def train(
     minutes: Minutes = None,
     steps: Steps = None,
     seed: Seed = 1,
-    channels: Channels = (48, 24),
+    channels: Channels = None,
     work: WorkFolder = None,
     json: Json = False,
 ) -> None:
-    """Train the learned estimator of CONFIG's sensor on simulated contacts, and tell its errors on other ones."""
+    """Train the learned estimator of CONFIG's sensor on simulated contacts, and tell its errors on other ones.
+
+    Of a skin it is that of a window: the same weights serve every skin with this pitch, cover and window.
+    """
     require("tfra train", "train", "threadpoolctl")
     if minutes is not None and steps is not None:
         raise InputError("tfra train", "--minutes", "and --steps exclude each other")
@@ -48,29 +60,47 @@ def train(
     from tfra.train.loop import DivergedError
     from tfra.train.run import Budget, run
 
-    sensor = load_tfra(config).design.sensor
+    project = load_tfra(config)
+    window = project.skin is not None
+    units = channels or ((96, 48) if window else (48, 24))
+    budget = Budget(units, seed, steps, minutes, window)
     check_file(out, ".npz", "train", [config])
     with failures("train", DivergedError, hint=": another --seed may help"):
-        trained = run(sensor, Budget(channels, seed, steps, minutes), work or Path(f"{out}.work"), _progress)
+        trained = run(project.design.sensor, budget, work or Path(f"{out}.work"), _progress)
     write_weights(out, trained)
     if json:
         print_json({"out": str(out), "threshold": trained.threshold, "held_out": dict(trained.held_out)})
         return
     for line in _table(dict(trained.held_out)):
         typer.echo(line)
-    typer.echo(f"{out}: {channels[0]}/{channels[1]} units, {trained.prior['training.steps']:,} steps")
+    typer.echo(f"{out}: {units[0]}/{units[1]} units, {trained.prior['training.steps']:,} steps")
 
 
 def _table(found: dict[str, float]) -> list[str]:
-    """Median and 95th percentile of the held-out errors, a line for each noise."""
-    from tfra.train.run import NOISES, PERCENTILES, TABLE
+    """Median and 95th percentile of the held-out errors, a line for each noise, and of a skin for other conditions."""
+    from tfra.train.heldout import PERCENTILES, TABLE
 
+    first = next(iter(TABLE))
     lines = []
-    for level in NOISES:
-        values = (tuple(found[f"{key}_{share}_at_{level:g}"] for share in PERCENTILES) for key in TABLE)
-        parts = (f"{key} {low:.3g} / {high:.3g}" for key, (low, high) in zip(TABLE, values, strict=True))
-        lines.append(f"held-out errors at {100 * level:g} % noise, median / 95 %: {', '.join(parts)}")
+    for name in (key.removeprefix(f"{first}_{PERCENTILES[0]}_") for key in found if key.startswith(f"{first}_50_")):
+        values = (tuple(found[f"{key}_{share}_{name}"] for share in PERCENTILES) for key in TABLE)
+        parts = [f"{key} {low:.3g} / {high:.3g}" for key, (low, high) in zip(TABLE, values, strict=True)]
+        parts += [f"{kind} {100 * found[key]:.2g} %" for kind in KINDS if (key := f"{kind}_{name}") in found]
+        lines.append(f"held-out errors {_condition(name)}, median / 95 %: {', '.join(parts)}")
     return lines
+
+
+def _condition(name: str) -> str:
+    """The end of a key of held-out errors, in words."""
+    kind, *values = name.split("_")
+    match kind, values:
+        case "at", [level]:
+            return f"at {100 * float(level):g} % noise"
+        case "gap", [low, high]:
+            return f"with a gap of {low} pitches or more" if high == "inf" else f"with a gap of {low} to {high} pitches"
+        case "ratio", [ratio]:
+            return f"with forces up to 1:{ratio}"
+    return {"alone": "of a single contact", "inside": "of windows inside", "edge": "of windows over an edge"}[kind]
 
 
 @contextmanager

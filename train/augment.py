@@ -27,10 +27,9 @@ BROKEN = 0.05
 """Share of frames whose most pressed taxel is dead, or any taxel stuck at a value up to the peak, half of each."""
 
 
-def augmented(frames: Singles, rng: np.random.Generator) -> Singles:
-    """Return ``frames (n, m)`` as an imperfect array would report them."""
+def augmented(frames: Singles, peak: Singles, rng: np.random.Generator) -> Singles:
+    """Return ``frames (n, m)`` as an imperfect array would report them; ``peak (n, 1)`` is the largest magnitude."""
     count, taxels = frames.shape
-    peak = np.abs(frames).max(axis=1, keepdims=True)
     gain = _some(rng, count, GAINED) * rng.uniform(0.0, GAIN, (count, 1)).astype(np.float32)
     own = _some(rng, count, UNTARED_SHARE) * rng.uniform(0.0, UNTARED, (count, 1))
     white = np.hypot(np.exp(rng.uniform(np.log(QUIET), np.log(LOUD), (count, 1))), own)

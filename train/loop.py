@@ -23,7 +23,8 @@ from tfra.model.learned.network import outputs
 from tfra.model.sensor import SensorArray
 from tfra.train.augment import augmented, broken
 from tfra.train.network import Shape, loss_and_gradient
-from tfra.train.pool import Frames, Pool
+from tfra.train.patches import Patches
+from tfra.train.pool import Pool
 
 BATCH = 512
 
@@ -59,6 +60,9 @@ _QUINTIC = 3.4445, -4.7750, 2.0315
 _LOADS, _CHECKS, _START, _STEP = range(4)
 """Second number of each seed."""
 
+Batch = tuple[Singles, Singles, Singles]
+"""Parities ``(4, k, Q)`` of frames, their resultants ``(k, 3)`` and the weight ``(k, 1)`` of each."""
+
 
 class DivergedError(ArithmeticError):
     """The loss is no longer a finite number; the message says after how many steps."""
@@ -85,15 +89,25 @@ class State:
 
 
 class Trainer:
-    """The frames of a training of C1, C2 = ``counts``; ``advance(1)`` is called for each of ``COVERS`` covers."""
+    """The frames of a training of C1, C2 = ``counts``; ``advance(1)`` is called for each of ``COVERS`` covers.
 
-    def __init__(self, sensor: SensorArray, counts: tuple[int, int], seed: int, advance: Callable[[int], None]) -> None:
+    ``pool`` makes them: of a whole array, or of the windows of a skin.
+    """
+
+    def __init__(
+        self,
+        sensor: SensorArray,
+        counts: tuple[int, int],
+        seed: int,
+        advance: Callable[[int], None],
+        pool: type[Pool] | type[Patches] = Pool,
+    ) -> None:
         self.shape = Shape(sensor, counts)
         self._scale = self.shape.scale
         self._seed = seed
         with threadpool_limits(1):
-            self._pool = Pool.simulate(sensor, CHUNKS, (seed, _LOADS), advance)
-            checks = Pool.simulate(sensor, VALIDATION, (seed, _CHECKS), advance)
+            self._pool: Pool | Patches = pool.simulate(sensor, CHUNKS, (seed, _LOADS), advance)
+            checks: Pool | Patches = pool.simulate(sensor, VALIDATION, (seed, _CHECKS), advance)
         self._validation = self._batch(checks, len(checks.responses), np.random.default_rng((seed, _CHECKS)))
 
     def first(self) -> State:
@@ -121,18 +135,18 @@ class Trainer:
         self.run(steps, self.first(), lambda state: None)
         return (time.perf_counter() - start) / steps
 
-    def _draw(self, step: int) -> Frames:
+    def _draw(self, step: int) -> Batch:
         return self._batch(self._pool, BATCH, np.random.default_rng((self._seed, _STEP, step)))
 
-    def _batch(self, pool: Pool, count: int, rng: np.random.Generator) -> Frames:
+    def _batch(self, pool: Pool | Patches, count: int, rng: np.random.Generator) -> Batch:
         """Parities of augmented frames, and their resultants, both over the sum of the frame's magnitudes."""
-        n, forces, weight = pool.draw(count, rng)
-        n = augmented(n, rng)
+        n, forces, weight, peak, there = pool.draw(count, rng)
+        n = augmented(n, peak, rng) * there
         weight[broken(n, rng)] = 0.0
         scale = 1 / np.abs(n).sum(axis=1, keepdims=True)
-        return Frames(self.shape.folded(n * scale), forces * scale, weight)
+        return self.shape.folded(n * scale), forces * scale, weight
 
-    def _advance(self, steps: int, state: State, batch: Frames) -> None:
+    def _advance(self, steps: int, state: State, batch: Batch) -> None:
         with np.errstate(all="ignore"):  # values that are not finite are refused below
             loss, parts = loss_and_gradient(self.shape.split(state.vector), *batch)
         gradient: Singles = np.concatenate([part.ravel() for part in parts])

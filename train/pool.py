@@ -28,12 +28,15 @@ PAIRED, LIGHTEST, PAIR_WEIGHT = 0.12, 0.2, 0.3
 class Frames(NamedTuple):
     """Frames ``(n, m)``, the normal force at every taxel, and their resultants ``(n, 3)``, N.
 
-    ``weight (n, 1)`` is that of the force's error: 0 for frames that only train the uncertainty.
+    ``weight (n, 1)`` is that of the force's error: 0 for frames that only train the uncertainty.  ``peak (n, 1)``: the
+    largest magnitude that noise and offset refer to; ``there (n, m)``: 0 for taxels that always read zero, else 1.
     """
 
     n: Singles
     forces: Singles
     weight: Singles
+    peak: Singles
+    there: Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,24 +62,25 @@ class Pool:
     def draw(self, count: int, rng: np.random.Generator) -> Frames:
         """Return random frames; the first contact of each has F_z = -1 N."""
         first = rng.integers(len(self.responses), size=count)
-        forces = _forces(count, rng)
+        forces = random_forces(count, rng)
         frames = self._frames(first, forces)
         two = np.flatnonzero(rng.random(count) < PAIRED)
         second = first[two] // CHUNK * CHUNK + rng.integers(CHUNK, size=len(two))
-        added = _forces(len(two), rng) * rng.uniform(LIGHTEST, 1.0, (len(two), 1)).astype(np.float32)
+        added = random_forces(len(two), rng) * rng.uniform(LIGHTEST, 1.0, (len(two), 1)).astype(np.float32)
         frames[two] += self._frames(second, added)
         forces[two] += added
         weight = np.ones((count, 1), np.float32)
         weight[two] = PAIR_WEIGHT
         weight[self.wrong[first // CHUNK]] = 0.0
-        return Frames(frames, forces, weight)
+        return Frames(frames, forces, weight, np.abs(frames).max(axis=1, keepdims=True), np.ones_like(frames))
 
     def _frames(self, which: np.typing.NDArray[np.int64], forces: Singles) -> Singles:
         units = forces * np.array([1, 1, -1], np.float32)
         return np.asarray((units[:, None] @ self.responses[which])[:, 0])
 
 
-def _forces(count: int, rng: np.random.Generator) -> Singles:
+def random_forces(count: int, rng: np.random.Generator) -> Singles:
+    """Resultants ``(count, 3)`` of any friction and direction with F_z = -1 N."""
     mu, phi = rng.uniform(0.0, FRICTION, count), rng.uniform(0.0, 2 * np.pi, count)
     return np.stack([mu * np.cos(phi), mu * np.sin(phi), -np.ones(count)], axis=1).astype(np.float32)
 

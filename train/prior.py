@@ -87,10 +87,10 @@ class Loads:
         return Grids(self.center[:, :1] + across, self.center[:, 1:] + along, *shares)
 
 
-def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator) -> Loads:
-    """Loads anywhere on the block of ``sensor``."""
+def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator, share: float = SHARE) -> Loads:
+    """Loads anywhere on the block of ``sensor``, with half sizes of up to a ``share`` of its sides."""
     pitch, block = np.array([sensor.pitch_x, sensor.pitch_y]), np.array([sensor.size_x, sensor.size_y])
-    half = rng.uniform(SMALLEST * pitch, np.maximum(LARGEST * pitch, SHARE * block), size=(count, 2))
+    half = rng.uniform(SMALLEST * pitch, np.maximum(LARGEST * pitch, share * block), size=(count, 2))
     angle = rng.uniform(0.0, np.pi, count) * (rng.random(count) < ROTATED)
     power = np.where(rng.random(count) < 0.5, rng.choice(POWERS, count), rng.uniform(POWERS[0], POWERS[-1], count))
     square = rng.random(count) < 0.5

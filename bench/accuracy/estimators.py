@@ -14,7 +14,7 @@ from tfra.model.learned.network import Learned
 from tfra.model.metrics import Contact
 from tfra.model.tfra import Tfra, friction
 from tfra.model.two_variable import TwoVariable
-from tfra.train.run import Resultants
+from tfra.train.heldout import Resultants
 
 FITTED = 4000
 """Contacts that the map of TFRA's friction is fitted on."""

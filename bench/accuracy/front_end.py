@@ -26,7 +26,7 @@ from tfra.model.fixed.dead_taxels import repairs
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import FrontEnd, Settings, Tables
 from tfra.model.fixed.words import decode
-from tfra.train.run import Resultants
+from tfra.train.heldout import Resultants
 
 PAGE = "docs/front_end.md"
 DESIGNS = {"TFRA": "fast", "learned": "learned_fast"}

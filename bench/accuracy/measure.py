@@ -12,7 +12,7 @@ from tfra.model.arrays import Floats
 from tfra.model.cover.layer import frames
 from tfra.model.metrics import Contact, errors, turn_deg
 from tfra.model.tfra import friction
-from tfra.train.run import Resultants
+from tfra.train.heldout import Resultants
 
 MEASURES = {"mu": "mu_abs", "phi_deg": "phi_deg", "force_percent": "force_percent_of_resultant"}
 """Names of the errors here, and in :data:`tfra.model.metrics.ERRORS`."""

@@ -186,7 +186,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             parts[name] = make(**_given(getattr(document, name)))
     with blame(file, "formats"):
         parts["formats"] = _formats(document.formats)
-    estimator, own = _estimator(file, document.estimator, sensor)
+    estimator, own = _estimator(file, document.estimator, sensor, document.window is not None)
     with blame(file, ""):
         return estimator(
             sensor=sensor,
@@ -205,7 +205,9 @@ def _given(section: Section) -> dict[str, Any]:
     return {names.get(key, key): value for key, value in section if value is not None}
 
 
-def _estimator(file: Path, section: EstimatorSection, sensor: SensorArray) -> tuple[type[Design], dict[str, Any]]:
+def _estimator(
+    file: Path, section: EstimatorSection, sensor: SensorArray, window: bool
+) -> tuple[type[Design], dict[str, Any]]:
     """The class of the design, and its fields beside the choices."""
     estimator, given = ESTIMATORS[section.kind], section.model_dump(exclude={"kind"}, exclude_none=True)
     with blame(file, "estimator"):
@@ -215,7 +217,7 @@ def _estimator(file: Path, section: EstimatorSection, sensor: SensorArray) -> tu
         if "weights" in estimator.config_keys and "weights" not in given:
             raise ValueError(f'weights: is missing: kind = "{section.kind}" needs a file of tfra train')
     if "weights" in given:
-        trained = read_weights(file.parent / given["weights"], sensor)
+        trained = read_weights(file.parent / given["weights"], sensor, window)
         given |= {"weights": trained.weights, "threshold": trained.threshold}
     return estimator, given
 

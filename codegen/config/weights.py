@@ -44,7 +44,8 @@ class Trained:
 
     ``threshold``: the uncertainty over the normal force above which a frame is implausible.  ``prior``: the
     distribution of the frames of the training, in plain JSON types.  ``held_out``: errors on other frames, by names
-    with units.  ``curve (k, 3)``: step, loss in training, loss on held-out frames.
+    with units.  ``curve (k, 3)``: step, loss in training, loss on held-out frames.  ``window``: for the windows of a
+    skin, not for a whole array.
     """
 
     sensor: SensorArray
@@ -53,6 +54,7 @@ class Trained:
     prior: Mapping[str, JsonValue] = field(default_factory=dict)
     held_out: Mapping[str, float] = field(default_factory=dict)
     curve: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    window: bool = False
 
 
 class About(Section):
@@ -65,6 +67,7 @@ class About(Section):
     threshold: Annotated[float, Field(gt=0)]
     prior: dict[str, JsonValue]
     held_out: dict[str, float]
+    window: bool = False
 
 
 def sensor_sha256(sensor: SensorArray) -> str:
@@ -85,14 +88,15 @@ def write_weights(path: str | Path, trained: Trained) -> None:
         threshold=trained.threshold,
         prior=dict(trained.prior),
         held_out=dict(trained.held_out),
+        window=trained.window,
     )
-    text = json.dumps(about.model_dump(), indent=1, allow_nan=False)
+    text = json.dumps(about.model_dump(exclude_defaults=True), indent=1, allow_nan=False)
     arrays = {name: getattr(trained.weights, name).astype(np.float32) for name in NAMES}
     write_npz(path, arrays | {"curve": trained.curve, "about": np.array(text)}, COMMAND)
 
 
-def read_weights(file: Path, sensor: SensorArray) -> Trained:
-    """Read WEIGHTS.npz for ``sensor``.
+def read_weights(file: Path, sensor: SensorArray, window: bool = False) -> Trained:
+    """Read WEIGHTS.npz for ``sensor``, which is a whole array or the ``window`` of a skin.
 
     Raises ``InputError`` for a file that can't be read, is damaged, of another version, or for another sensor.
     """
@@ -103,6 +107,10 @@ def read_weights(file: Path, sensor: SensorArray) -> Trained:
         if missing:
             raise InputError(file, missing, f"the key is missing: {_AGAIN}")
         about = _about(stored)
+        if about.window != window:
+            kinds = ("whole arrays", "windows of a skin")
+            reason = f"is trained for {kinds[about.window]}, CONFIG needs those for {kinds[window]}: {_AGAIN}"
+            raise InputError(file, "window", reason)
         _require_sensor(file, about, sensor)
         arrays = {key: np.asarray(stored.read(key), dtype=np.float64) for key in (*NAMES, "curve")}
     curve = arrays.pop("curve")
@@ -114,7 +122,7 @@ def read_weights(file: Path, sensor: SensorArray) -> Trained:
         raise InputError(file, "", str(error)) from None
     if weights.taxels != sensor.taxels:
         raise InputError(file, "first", f"{sensor.taxels} taxels are needed, got {weights.taxels}")
-    return Trained(sensor, weights, about.threshold, about.prior, about.held_out, curve)
+    return Trained(sensor, weights, about.threshold, about.prior, about.held_out, curve, window)
 
 
 def _about(stored: Archive) -> About:

@@ -54,6 +54,38 @@ def any_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> C
     return Contacts(rng.choice([shape.value for shape in ContactShape], count), center, half, force)
 
 
+def crowds(
+    sensor: SensorArray, counts: Ints, rng: np.random.Generator, gap: float = 2.0, ratio: float = 5.0
+) -> tuple[Contacts, Ints]:
+    """Contacts of frames with ``counts (n,)`` each, and the number of the frame of every one.
+
+    They are those of ``any_contacts`` with half sizes of up to 2 pitches, at least ``gap`` pitches apart along an axis,
+    and F_z is -1 to -``ratio`` N.
+    """
+    pitch, size = np.array([sensor.pitch_x, sensor.pitch_y]), np.array([sensor.size_x, sensor.size_y])
+    centers: list[Floats] = []
+    halves: list[Floats] = []
+    for count in counts:
+        begun = len(centers)
+        while len(centers) < begun + count:
+            half = rng.uniform(0.3, 2, 2) * pitch
+            center = half - pitch / 2 + rng.random(2) * (size - 2 * half)
+            if (gaps(center, half, np.array(centers[begun:]), np.array(halves[begun:]), pitch) >= gap).all():
+                centers.append(center)
+                halves.append(half)
+    total = len(centers)
+    mu, phi, normal = rng.uniform(0, 1, total), rng.uniform(0, 2 * np.pi, total), rng.uniform(1, ratio, total)
+    force = np.stack([mu * normal * np.cos(phi), mu * normal * np.sin(phi), -normal], axis=1)
+    shapes = rng.choice([shape.value for shape in ContactShape], total)
+    return Contacts(shapes, np.array(centers), np.array(halves), force), np.repeat(np.arange(len(counts)), counts)
+
+
+def gaps(center: Floats, half: Floats, others: Floats, halves: Floats, pitch: Floats) -> Floats:
+    """Pitches between an upright footprint and ``others (k, 2)``, along the axis where they are farther apart."""
+    apart = np.abs(others.reshape(-1, 2) - center) - halves.reshape(-1, 2) - half
+    return np.asarray((apart / pitch).max(axis=1))
+
+
 def contact_codes(design: Choices, count: int, seed: Seed) -> Ints:
     """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
     rng = np.random.default_rng(seed)

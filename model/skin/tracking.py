@@ -1,9 +1,9 @@
 """Tracks: one number for a contact as long as it moves less than a set distance from frame to frame."""
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from tfra.model.arrays import Floats, Ints
+from tfra.model.skin.matching import pairs
 
 
 class Tracker:
@@ -18,14 +18,11 @@ class Tracker:
     def __call__(self, places: Floats) -> Ints:
         """The numbers ``(k,)`` of the contacts at ``places (k, 2)``, in m, of the next frame.
 
-        As many as possible keep their number, and then the sum of the squared distances is the smallest.
+        They keep that of their pair in the frame before, :func:`tfra.model.skin.matching.pairs`.
         """
-        far = np.square(places[:, None] - self._places).sum(axis=2)
-        near = far < self._distance**2
-        here, before = linear_sum_assignment(np.where(near, far, self._distance**2 * (1 + min(near.shape))))
-        kept = near[here, before]
+        here, before = pairs(places, self._places, self._distance)
         numbers = np.full(len(places), -1, dtype=np.int64)
-        numbers[here[kept]] = self._numbers[before[kept]]
+        numbers[here] = self._numbers[before]
         fresh = numbers < 0
         numbers[fresh] = self._next + np.arange(fresh.sum())
         self._next += int(fresh.sum())

@@ -74,11 +74,14 @@ def test_a_start_has_units_of_the_size_of_their_input() -> None:
 
 def test_augmentation_follows_its_seed_and_stays_small_at_any_scale() -> None:
     frames = -np.random.default_rng(4).random((4000, 25)).astype(np.float32)
-    before = frames.copy()
-    found, again, other = (augmented(frames, np.random.default_rng(seed)) for seed in (5, 5, 6))
+    before, peak = frames.copy(), np.abs(frames).max(axis=1, keepdims=True)
+    found, again, other = (augmented(frames, peak, np.random.default_rng(seed)) for seed in (5, 5, 6))
     assert np.array_equal(frames, before)
     assert np.array_equal(found, again)
-    assert np.array_equal(augmented(np.float32(0.5) * frames, np.random.default_rng(5)), np.float32(0.5) * found)
+    half = np.float32(0.5)
+    assert np.array_equal(augmented(half * frames, half * peak, np.random.default_rng(5)), half * found)
+    larger = augmented(frames, 10 * peak, np.random.default_rng(5))  # noise is that of the whole frame
+    assert np.median(np.abs(larger - frames)) > 5 * np.median(np.abs(found - frames))
     assert not np.array_equal(found, other)
     dead = (found == 0).sum(axis=1)
     assert set(dead) == {0, 1}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tfra.cli.main import main
+from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import Trained, read_weights
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import any_contacts
@@ -18,10 +19,11 @@ from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
 from tfra.runtime.store import work_folder
-from tfra.train import loop, pool
+from tfra.train import heldout, loop, patches, pool, skins
 from tfra.train import run as running
+from tfra.train.heldout import held_out, threshold
 from tfra.train.loop import State, Trainer
-from tfra.train.run import Advance, Budget, fingerprint, held_out, run, threshold
+from tfra.train.run import Advance, Budget, fingerprint, run
 
 SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
 BUDGET = Budget((6, 4), 3, steps=60)
@@ -37,8 +39,11 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name, value in (
         (pool, "CHUNK", 128), (loop, "CHUNKS", 4), (loop, "VALIDATION", 1), (loop, "CHECK", 20), (loop, "WARM", 10),
         (loop, "PATIENCE", 1.0), (running, "SAVE_EVERY", 0.0), (running, "TRIED", 20),
-        (running, "held_out", partial(held_out, count=50)),
-        (running, "threshold", partial(threshold, count=50)),
+        (heldout, "held_out", partial(held_out, count=50)),
+        (heldout, "threshold", partial(threshold, count=50)),
+        (patches, "CHUNK", 64),
+        (skins, "held_out", partial(skins.held_out, count=2)),
+        (skins, "threshold", partial(skins.threshold, count=50)),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, value)
 
@@ -108,6 +113,19 @@ def test_an_interrupted_training_continues_to_the_same_weights(tmp_path: Path, a
     assert whole.held_out == again.held_out
 
 
+def test_a_window_is_trained_among_others(tmp_path: Path) -> None:
+    """An interrupted training of one continues, too, and is not that of an array."""
+    budget = replace(BUDGET, window=True)
+    whole = run(SENSOR, budget, tmp_path / "whole", silent)
+    with pytest.raises(Cut):
+        run(SENSOR, budget, tmp_path / "cut", cutting(33))
+    assert same(whole, run(SENSOR, budget, tmp_path / "cut", silent))
+    assert whole.window
+    assert whole.prior["prior.crowded"] == patches.CROWDED
+    assert "missed_at_0.001" in whole.held_out
+    assert not same(whole, run(SENSOR, BUDGET, tmp_path / "array", silent))
+
+
 def test_minutes_become_steps_once(tmp_path: Path) -> None:
     budget = Budget((6, 4), 3, minutes=0.005)
     with pytest.raises(Cut):
@@ -153,7 +171,7 @@ def test_a_folder_of_others(tmp_path: Path) -> None:
 
 def test_held_out_errors_are_those_of_the_exact_series() -> None:
     """An estimate that knows the truth has no error, one that is off by a tenth has a tenth."""
-    contacts = any_contacts(SENSOR, 50, np.random.default_rng(running.SEED))
+    contacts = any_contacts(SENSOR, 50, np.random.default_rng(heldout.SEED))
     truth = contacts.force
     exact = frames(SENSOR, contacts).reshape(50, -1) * SENSOR.taxel_area
 
@@ -191,6 +209,23 @@ def test_the_command(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["held_out"] == trained.held_out
     assert out.read_bytes() == before
+
+
+def test_a_window_has_weights_of_its_own(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    array, skin, out = config, config.parent / "skin.toml", config.parent / "weights.npz"
+    skin.write_text(CONFIG.replace("rows = 4", "rows = 40") + "[window]\nrows = 4\ncolumns = 5\n")
+    words = ["--out", str(out), "--steps", "40", "--channels", "6", "4"]
+    learned = f'[estimator]\nkind = "learned"\nweights = "{out.name}"\n'
+    for trained, other in ((skin, array), (array, skin)):
+        assert main(["train", str(trained), *words]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert any("with a gap of 2 to 3 pitches" in line for line in lines) == (trained == skin)
+        fits, wrong = config.parent / "fits.toml", config.parent / "other.toml"
+        fits.write_text(trained.read_text() + learned)
+        wrong.write_text(other.read_text() + learned)
+        assert load(fits).weights == out.name
+        with pytest.raises(InputError, match=r"weights.npz: window: is trained for .*: run tfra train again"):
+            load(wrong)
 
 
 @pytest.mark.parametrize(

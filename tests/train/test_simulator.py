@@ -142,7 +142,9 @@ def test_a_pool_follows_from_its_seed_and_its_frames_have_their_resultants() -> 
     assert pool.responses.shape == (2 * CHUNK, 3, 72)
     assert np.array_equal(pool.responses, again.responses)
     assert not np.array_equal(pool.responses, other.responses)
-    frames, forces, weight = pool.draw(4000, np.random.default_rng(7))
+    frames, forces, weight, peak, there = pool.draw(4000, np.random.default_rng(7))
+    assert np.array_equal(peak[:, 0], np.abs(frames).max(axis=1))
+    assert (there == 1).all()
     assert np.array_equal(frames, again.draw(4000, np.random.default_rng(7)).n)
     two = forces[:, 2] < -1
     assert np.array_equal(weight[:, 0], np.where(two, np.float32(PAIR_WEIGHT), np.float32(1)))

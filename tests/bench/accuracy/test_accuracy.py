@@ -14,7 +14,7 @@ from bench.accuracy.scenes import NOISES, QUIET, SCENES, SEED, cases, scenes
 from bench.accuracy.tables import Target, furthest, tables, verdict
 from bench.publish import ROOT, stored
 from tests.bench.accuracy.random_case import random_case
-from tfra.train.run import Resultants
+from tfra.train.heldout import Resultants
 
 
 @pytest.fixture(scope="module")
