@@ -80,6 +80,9 @@ class Job:
     """Taxel codes of all frames, one after the other."""
     taxels: int
     frame_words: int
+    """Words of a result frame, or of a record."""
+    results: int
+    """Frames or records expected back."""
     expected: list[int] | None = None
     coefficients: list[int] | None = None
     """Words for the ``load`` port, if the core has one, before the first frame."""
@@ -91,11 +94,6 @@ class Job:
     drain: int = 256
     """Cycles after the last frame in which no word may follow."""
     probes: Sequence[Probe] = ()
-
-    @property
-    def frames(self) -> int:
-        """Frames sent and expected back."""
-        return len(self.codes) // self.taxels
 
     def save(self, path: Path) -> None:
         """Write the job for another process."""
@@ -160,7 +158,7 @@ class Record:
     @property
     def missing(self) -> int:
         """Words still to come."""
-        return self.job.frames * self.job.frame_words - len(self.outcome.words)
+        return self.job.results * self.job.frame_words - len(self.outcome.words)
 
     def coefficient_sent(self) -> None:
         """Count a coefficient."""

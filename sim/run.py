@@ -5,7 +5,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,11 @@ import numpy as np
 
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.skin.unit import SkinUnit
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
+from tfra.model.skin.records import header_bits, record_bits, record_words
+from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.digest import digest, sources
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, beyond, running
@@ -65,8 +68,9 @@ class Netlist:
 class Run:
     """What came out of a simulation of n frames.
 
-    ``words (n, frame_words)`` equal those of :class:`tfra.model.fixed.tfra.pipeline.FixedTfra`.  ``latency (n,)``
-    counts cycles from a frame's last taxel to its first result word, ``interval (n - 1,)`` those between last words.
+    ``words (n, frame_words)`` equal those of the design's model; of a skin, they are
+    :func:`tfra.model.skin.records.records`.  ``latency (n,)`` counts cycles from a frame's last taxel to its first
+    result word, ``interval (n - 1,)`` those between last words.
     """
 
     words: Ints
@@ -83,7 +87,7 @@ class Run:
 
 
 def simulate(
-    design: Design,
+    array: Design | Skin,
     codes: Ints,
     simulator: str | None = None,
     seed: int = 0,
@@ -97,7 +101,9 @@ def simulate(
     probes: bool = False,
     waves: Path | None = None,
 ) -> Run:
-    """Run converter ``codes (n, rows, columns)`` through the core of ``design`` after a reset.
+    """Run converter ``codes (n, rows, columns)`` through the core of a design or a skin after a reset.
+
+    Of a skin, records take the place of result frames.
 
     Args:
         simulator: ``"verilator"``, ``"icarus"`` or ``"amaranth"``; by default the fastest that is usable here.
@@ -118,21 +124,16 @@ def simulate(
     chosen = tools.choose(simulator)
     if not codes.size:
         raise ValueError("codes: at least one frame is needed")
-    gateware, cache, netlist = microarchitecture(design), cache_directory(build_dir), None
+    gateware, cache, netlist = microarchitecture(core_of(array)), cache_directory(build_dir), None
     if chosen != "amaranth":
-        netlist = core or generated(design, cache)
+        netlist = core or generated(array, cache)
     elif isinstance(core, Netlist) or (core is None and gateware.cell_models):
         raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
-    job = Job(
-        _patterns(codes, design.adc.bits),
-        design.sensor.taxels,
-        design.frame_words,
-        None if expected is None else _patterns(expected, design.word_bits),
-        None if gateware.loaded is None else _patterns(gateware.loaded, design.coefficient_word),
-        seed,
-        stall_in,
-        stall_out,
-        _patience(gateware),
+    job = replace(
+        _job(array, gateware, codes, expected),
+        seed=seed,
+        stall_in=stall_in,
+        stall_out=stall_out,
         probes=netlist.probes if netlist and probes else (),
     )
     if netlist:
@@ -140,34 +141,61 @@ def simulate(
     else:
         from tfra.sim import pysim
 
-        outcome = pysim.run(core or gateware.build(), job, progress, waves)
-    return _run(design, job, outcome, chosen)
+        built = SkinUnit(array) if isinstance(array, Skin) else gateware.build()
+        outcome = pysim.run(core or built, job, progress, waves)
+    return _run(array, job, outcome, chosen)
 
 
-def generated(design: Design, cache: Path) -> Netlist:
-    """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
+def _job(array: Design | Skin, gateware: Microarchitecture, codes: Ints, expected: Ints | None) -> Job:
+    """The job without stalls."""
+    words, bits = _result_shape(array)
+    results, patience = len(codes), _patience(gateware)
+    if isinstance(array, Skin):
+        results = int(np.maximum(array.find(codes)[0].found, 1).sum())
+        patience += 64 * array.sensor.taxels
+    return Job(
+        _patterns(codes, array.adc.bits),
+        array.sensor.taxels,
+        words,
+        results,
+        None if expected is None else _patterns(expected, bits),
+        None if gateware.loaded is None else _patterns(gateware.loaded, gateware.design.coefficient_word),
+        patience=patience,
+    )
+
+
+def _result_shape(array: Design | Skin) -> tuple[int, int]:
+    """Words of a result frame or a record, and bits of a word."""
+    if isinstance(array, Skin):
+        return record_words(array), record_bits(array)
+    return array.frame_words, array.word_bits
+
+
+def generated(array: Design | Skin, cache: Path) -> Netlist:
+    """Return the generated core of a design or a skin, from ``cache`` if the same sources have made it before."""
     from tfra import codegen, families, hdl, model, runtime
 
-    key = digest(repr(design), tools.versions(), *sources(codegen, families, hdl, model, runtime))
-    files = cached(cache / f"core-{design.name}-{key}", lambda: _generate(design))
+    key = digest(repr(array), tools.versions(), *sources(codegen, families, hdl, model, runtime))
+    files = cached(cache / f"core-{array.name}-{key}", lambda: _generate(array))
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
-    verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))
-    core = microarchitecture(design)
-    places = ((probe, f"core.probe_{probe.stage}") for probe in core.probes)
+    verilog, sidecar = images.pop(f"{array.name}.v"), json.loads(images.pop(f"{array.name}.json"))
+    core = microarchitecture(core_of(array))
+    inner = "core.core" if isinstance(array, Skin) else "core"
+    places = ((probe, f"{inner}.probe_{probe.stage}") for probe in core.probes)
     probes = tuple(Probe(one.stage, place, f"{place}_words", one.words, one.transfers) for one, place in places)
     models = tuple(file.read_text() for file in core.cell_models)
-    return Netlist(design.name, verilog, sidecar, images, models, probes)
+    return Netlist(array.name, verilog, sidecar, images, models, probes)
 
 
-def _generate(design: Design) -> Files:
+def _generate(array: Design | Skin) -> Files:
     from tfra.codegen.verilog.files import files
 
     try:
-        made = files(design)
+        made = files(array)
     except ToolError as error:
         raise SimulationError(str(error)) from None
-    facts = json.loads(made[f"{design.name}.json"])
-    names = [f"{design.name}.v", f"{design.name}.json", *(image["file"] for image in facts["images"])]
+    facts = json.loads(made[f"{array.name}.json"])
+    names = [f"{array.name}.v", f"{array.name}.json", *(image["file"] for image in facts["images"])]
     return {name: made[name].encode() for name in names}
 
 
@@ -207,14 +235,19 @@ def _patience(core: Microarchitecture) -> int:
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
 
 
-def _run(design: Design, job: Job, outcome: Outcome, simulator: str) -> Run:
+def _run(array: Design | Skin, job: Job, outcome: Outcome, simulator: str) -> Run:
     if outcome.violations:
         raise ProtocolError(outcome)
-    half = 1 << (design.word_bits - 1)
+    half = 1 << (_result_shape(array)[1] - 1)
+    words = ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words)
+    first, ends = np.arange(len(words)), np.arange(len(words))  # results that begin and end a frame
+    if isinstance(array, Skin):
+        ends = np.flatnonzero(words[:, list(header_bits(array)).index("last")])
+        first = np.concatenate([[0], ends[:-1] + 1])
     return Run(
-        ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words),
-        np.subtract(outcome.first_word, outcome.last_taxel),
-        np.diff(outcome.last_word),
+        words,
+        np.subtract(np.take(outcome.first_word, first), outcome.last_taxel),
+        np.diff(np.take(outcome.last_word, ends)),
         simulator,
         outcome.cycles,
         outcome.compared,

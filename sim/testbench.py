@@ -80,7 +80,7 @@ async def _take(dut: Any, record: Record, progress: Path) -> None:
             due = time.monotonic() + _PROGRESS_PERIOD
             progress.write_text(str(len(record.outcome.last_word)))
         missing -= ready
-    progress.write_text(str(job.frames))
+    progress.write_text(str(job.results))
     dut.result_ready.value = 1
     await clk
     if not valid.value:

@@ -92,7 +92,9 @@ def run_skin(
         return joined(list(_in_chunks(lambda part: estimate(skin, part, windows), given, advance)))
     check_core(project)
     if engine is Engine.RTL:
-        raise InputError(project.path, "window", "the rtl engine takes no skins")
+        from tfra.sim.run import simulate
+
+        return decode_records(skin, simulate(skin, given, progress=advance).words)
     words = _records(engine, skin)
     return joined(list(_in_chunks(lambda part: decode_records(skin, words(part)), given, advance)))
 

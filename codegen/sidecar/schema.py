@@ -165,6 +165,15 @@ class Image(Part):
     format: str
 
 
+class Skin(Part):
+    rows: Annotated[int, Field(description="taxels along y; those of `sensor` are of a window")]
+    columns: Annotated[int, Field(description="taxels along x")]
+    most_contacts: Annotated[int, Field(description="contacts of a frame that have a record")]
+    threshold: Annotated[float, Field(description="height of the lowest peak over that of the frame's highest")]
+    gap_taxels: Annotated[int, Field(description="taxels about a region that belong to no other contact")]
+    marks: list[StatusBit]
+
+
 class Sidecar(Part):
     """All that a program needs to use a generated core."""
 
@@ -173,6 +182,7 @@ class Sidecar(Part):
     name: str
     computes: str
     configuration_sha256: Annotated[Hash, Field(description="of all choices of the design")]
+    skin: Annotated[Skin | None, Field(description="a larger array, whose contacts the core finds windows of")] = None
     sensor: Sensor
     adc: Converter
     estimator: Estimator

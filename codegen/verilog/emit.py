@@ -15,7 +15,9 @@ from amaranth.lib.wiring import In, Out
 from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.verilog.identifiers import with_plain_names
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.skin.unit import SkinUnit
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.processes import ToolError, complaint, running
 from tfra.runtime.scratch import scratch, temporary, writing
 
@@ -72,10 +74,10 @@ class Top(wiring.Component):
     A payload of several members has a port ``NAME_MEMBER`` for each.
     """
 
-    def __init__(self, design: Design) -> None:
-        self._core = microarchitecture(design).build()
+    def __init__(self, array: Design | Skin) -> None:
+        self._core = SkinUnit(array) if isinstance(array, Skin) else microarchitecture(array).build()
         self._signals = _stream_signals(self._core)
-        flows = {port.name: FLOWS[port.direction] for port in core_ports(design)}
+        flows = {port.name: FLOWS[port.direction] for port in core_ports(array)}
         super().__init__({name: flows[name](signal.shape()) for name, signal in self._signals.items()})
 
     def elaborate(self, platform: Any) -> Module:
@@ -125,15 +127,14 @@ def to_rtlil(top: wiring.Component, name: str, ports: Iterable[Value] | None = N
     return _PLACE.sub(r".\1", text)
 
 
-def to_verilog(design: Design) -> str:
-    """Verilog of the top module ``design.name``; the same text for the same design, always.
+def to_verilog(array: Design | Skin) -> str:
+    """Verilog of the top module ``array.name``; the same text for the same design or skin, always.
 
     Raises :class:`ToolError` when yosys fails.
     """
-    core = microarchitecture(design)
-    models = [file.read_text() for file in core.cell_models]
-    order = [port.name for port in core_ports(design)]
-    return plain_verilog(to_rtlil(Top(design), design.name), design.name, order, models)
+    models = [file.read_text() for file in microarchitecture(core_of(array)).cell_models]
+    order = [port.name for port in core_ports(array)]
+    return plain_verilog(to_rtlil(Top(array), array.name), array.name, order, models)
 
 
 def plain_verilog(rtlil: str, top: str, order: Sequence[str] = (), models: Iterable[str] = ()) -> str:

@@ -14,11 +14,12 @@ from tfra.codegen.verilog.testbench import hex_words, testbench
 from tfra.codegen.verilog.wrapper import module_name, ports_of, wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.digest import digest
 
 
-def files(design: Design) -> dict[str, str]:
-    """Text of every file by its name.
+def files(array: Design | Skin) -> dict[str, str]:
+    """Text of every file of a core, or of a skin, by its name.
 
     ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
     files beside it, which the sidecar lists; tools search for these in their working directory.
@@ -27,11 +28,12 @@ def files(design: Design) -> dict[str, str]:
 
     Raises ``ValueError`` for formats that can overflow or a serial core that is too large.
     """
-    facts, texts = core(design)
+    facts, texts = core(array)
+    design = core_of(array)
     models, loaded = microarchitecture(design).cell_models, microarchitecture(design).loaded
     texts |= {
-        f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
-        f"testbench/{design.name}_tb.v": testbench(design, facts),
+        f"{array.name}.json": json.dumps(facts, indent=1) + "\n",
+        f"testbench/{array.name}_tb.v": testbench(array, facts),
     }
     texts |= {f"testbench/{file.name}": file.read_text() for file in models}
     if loaded is not None:
@@ -39,26 +41,27 @@ def files(design: Design) -> dict[str, str]:
     return texts
 
 
-def core(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
+def core(array: Design | Skin) -> tuple[dict[str, Any], dict[str, str]]:
     """The sidecar, and the texts of the files that synthesis reads; raises as :func:`files`."""
-    verilog = to_verilog(design)
+    verilog, design = to_verilog(array), core_of(array)
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
-    facts = sidecar(design, [image.facts for image in images])
+    facts = sidecar(array, [image.facts for image in images])
     cells = [file.stem for file in microarchitecture(design).cell_models]
     texts = {image.file: hex_words(image.words, image.bits) for image in images}
-    return facts, texts | {f"{design.name}.v": header(facts, cells) + verilog}
+    return facts, texts | {f"{array.name}.v": header(facts, cells) + verilog}
 
 
-def modules(design: Design, *, package: bool, pins: bool) -> dict[str, str]:
+def modules(array: Design | Skin, *, package: bool, pins: bool) -> dict[str, str]:
     """Files that synthesis reads: the core's, then with ``package`` its wrapper, then with ``pins`` these around it.
 
     Raises as :func:`files` and :func:`wrapper.wrapper_verilog`.
     """
-    _, texts = core(design)
-    name, ports = design.name, core_ports(design)
+    _, texts = core(array)
+    name, ports = array.name, core_ports(array)
     if package:
-        name, ports = module_name(design), ports_of(design)
-        texts[f"{name}.v"] = wrapper_verilog(design)
+        assert not isinstance(array, Skin)
+        name, ports = module_name(array), ports_of(array)
+        texts[f"{name}.v"] = wrapper_verilog(array)
     return texts | ({f"{name}_pins.v": pins_verilog(name, ports)} if pins else {})
 
 

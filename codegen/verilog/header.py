@@ -54,20 +54,25 @@ def frame_lines(facts: dict[str, Any]) -> Iterator[str]:
     taxel, result = facts["taxel"], facts["result"]
     yield f"taxel: {taxel['transfers_per_frame']} codes, {taxel['order']}"
     yield f"result: {result['transfers_per_frame']} words, the last one with result_last"
-    yield f"  value: {result['value']}"
-    yield f"  {'words':<10}{'field':<14}{'bits':>4}  {'format':<14}{'lsb':>12}  unit"
+    yield from (f"  {line}" for line in wrapped(f"value: {result['value']}", 2))
+    width = max(14, 1 + max(len(field["name"]) for field in result["fields"]))
+    yield f"  {'words':<10}{'field':<{width}}{'bits':>4}  {'format':<14}{'lsb':>12}  unit"
     for field in result["fields"]:
         first, last = field["start"], field["start"] + field["count"] - 1
         words = str(first) if first == last else f"{first}..{last}"
         kind = f"{field['bits']:>4}  {field['format']:<14}{field['lsb']:>12.6g}"
         unit = "" if field["unit"] == "1" else field["unit"]
-        yield f"  {words:<10}{field['name']:<14}{kind}  {unit}".rstrip()
+        yield f"  {words:<10}{field['name']:<{width}}{kind}  {unit}".rstrip()
     yield "meaning of the fields"
     for field in result["fields"]:
-        yield f"  {field['name']:<14}{field['meaning']}"
+        yield f"  {field['name']:<{width}}{field['meaning']}"
     yield "bits of status"
     for bit in result["status_bits"]:
         yield f"  {bit['bit']:<2} {bit['name']}: {bit['meaning']}"
+    if "skin" in facts:
+        yield "bits of marks"
+        for bit in facts["skin"]["marks"]:
+            yield f"  {bit['bit']:<2} {bit['name']}: {bit['meaning']}"
 
 
 def _files(facts: dict[str, Any], cells: Sequence[str]) -> Iterator[str]:

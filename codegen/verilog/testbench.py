@@ -12,6 +12,9 @@ from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
+from tfra.model.skin.records import record_bits, records
+from tfra.model.skin.scenes import recorded as skin_frames
+from tfra.model.skin.skin import Skin
 
 CONTACTS = 4
 """Simulated contacts; every directed frame comes after them."""
@@ -40,24 +43,31 @@ def recorded(design: Design) -> Ints:
     return codes.reshape(len(codes), -1)
 
 
-def testbench(design: Design, facts: dict[str, Any]) -> str:
+def testbench(array: Design | Skin, facts: dict[str, Any]) -> str:
     """Text of the testbench ``NAME_tb``; ``facts`` are those of the sidecar."""
-    codes = recorded(design)
-    words = design.model(codes).words
+    if isinstance(array, Skin):
+        design, codes = array.window, skin_frames(array)
+        words, bits = records(array, codes, lambda windows: design.model(windows).words), record_bits(array)
+        searching = 40 * array.sensor.taxels  # cycles between two contacts, at most
+        given = [*calls("code", codes.ravel(), array.adc.bits), *calls("result", words.ravel(), bits)]
+    else:
+        design, codes, bits, searching = array, recorded(array), array.word_bits, 0
+        words = design.model(codes).words
+        given = [*_frames(design, codes, words)]
     values = {
-        "name": design.name,
+        "name": array.name,
         "frames": len(codes),
         "words": words.size,
-        "frame": design.frame_words,
-        "taxel_top": design.adc.bits - 1,
-        "word_top": design.word_bits - 1,
+        "frame": words.shape[1],
+        "taxel_top": array.adc.bits - 1,
+        "word_top": bits - 1,
         "last_taxel": codes.size - 1,
         "last_word": words.size - 1,
-        "patience": 20 * facts["interval_cycles"] + 1000,
+        "patience": 20 * facts["interval_cycles"] + searching + 1000,
         "formats": "\n".join(f"// {line}" for line in frame_lines(facts)),
-        "store_code": store("code", "taxels", design.adc.bits),
-        "store_result": store("result", "expected", design.word_bits),
-        "given": "\n".join(_frames(design, codes, words)),
+        "store_code": store("code", "taxels", array.adc.bits),
+        "store_result": store("result", "expected", bits),
+        "given": "\n".join(given),
     }
     return filled("testbench.v.txt", design, values)
 

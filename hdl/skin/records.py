@@ -10,14 +10,13 @@ from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.streams import SkidBuffer
 from tfra.hdl.skin.payloads import contact, ending
-from tfra.model.skin.records import header_bits
+from tfra.model.skin.records import header_bits, record_bits
 from tfra.model.skin.skin import Skin
 
 
 def result(skin: Skin) -> data.StructLayout:
     """One word of a record; ``last`` marks the end of a record."""
-    bits = max(skin.window.word_bits, *(bits + 1 for bits in header_bits(skin).values()))
-    return data.StructLayout({"data": signed(bits), "last": 1})
+    return data.StructLayout({"data": signed(record_bits(skin)), "last": 1})
 
 
 class Records(wiring.Component):

@@ -4,12 +4,14 @@ A frame without contact has one record, whose window is zero and whose region ha
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from tfra.model.arrays import Ints
-from tfra.model.fixed.layout import COUNTER_BITS
+from tfra.model.fixed.layout import COUNTER_BITS, Field
 from tfra.model.fixed.words import decode
+from tfra.model.rounding import Overflow
 from tfra.model.skin.finding import MARK_SHIFT, MOST, Found, Mark
 from tfra.model.skin.result import SkinResult, skin_result
 from tfra.model.skin.skin import Skin
@@ -33,6 +35,38 @@ def header_bits(skin: Skin) -> dict[str, int]:
         "taxels": skin.sensor.taxels.bit_length(),
         "marks": len(Mark),
     }
+
+
+def record_layout(skin: Skin) -> tuple[Field, ...]:
+    """Fields of a record, those of the window's words under ``window.NAME``."""
+    bits = header_bits(skin)
+    scales = {"row": skin.sensor.pitch_y, "column": skin.sensor.pitch_x}
+    header = [
+        Field(
+            name,
+            start,
+            1,
+            bits[name],
+            False,
+            PLACE_FRACTION if name in scales else 0,
+            scales.get(name, 1.0),
+            "m" if name in scales else "1",
+            Overflow.WRAP if name == "frame" else Overflow.NEVER,
+        )
+        for start, name in enumerate(bits)
+    ]
+    words = (replace(field, name=f"window.{field.name}", start=field.start + len(bits)) for field in skin.window.layout)
+    return (*header, *words)
+
+
+def record_bits(skin: Skin) -> int:
+    """Bits of a word of a record, signed."""
+    return max(skin.window.word_bits, *(bits + 1 for bits in header_bits(skin).values()))
+
+
+def record_words(skin: Skin) -> int:
+    """Words of a record."""
+    return len(header_bits(skin)) + skin.window.frame_words
 
 
 def records(skin: Skin, codes: Ints, words: Callable[[Ints], Ints]) -> Ints:

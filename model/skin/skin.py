@@ -31,6 +31,11 @@ class Skin:
                 raise ValueError(f"window.{name}: at most the array's {most} are supported, got {size}")
 
     @property
+    def name(self) -> str:
+        """Name of the core."""
+        return self.window.name
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of a window."""
         return self.window.sensor.rows, self.window.sensor.columns
@@ -48,3 +53,8 @@ class Skin:
         floor = float(self.adc.threshold) * (1.0 if frames.dtype.kind == "i" else self.adc.lsb)
         found = finding(self.choices, self.shape, floor, frames)
         return found, windows(frames, found.frame, (found.top, found.left), self.shape)
+
+
+def core_of(array: Design | Skin) -> Design:
+    """The design of the only core, or of that of a window."""
+    return array.window if isinstance(array, Skin) else array

@@ -14,7 +14,7 @@ WORDS = 3
 def made(frames: int = 2, **changes: Any) -> Record:
     """A record of some frames of four taxels and ``WORDS`` words; every look at its clock is one cycle later."""
     clock = iter(range(100))
-    return Record(Job(list(range(4 * frames)), 4, WORDS, **changes), lambda: next(clock))
+    return Record(Job(list(range(4 * frames)), 4, WORDS, frames, **changes), lambda: next(clock))
 
 
 def test_patterns_are_reproducible_and_stall_as_named() -> None:

@@ -70,7 +70,7 @@ def test_gaps_are_those_between_footprints() -> None:
 
 
 def test_every_condition_has_its_errors() -> None:
-    found = held_out(WINDOW, lambda n: np.tile([0.1, 0.0, -1.0, 0.0], (len(n), 1)), count=2)
+    found = held_out(WINDOW, lambda n: np.tile([0.1, 0.0, -1.0, 0.0], (len(n), 1)), count=1)
     names = (
         "at_0",
         "at_0.001",
@@ -93,4 +93,4 @@ def test_the_threshold_is_a_quantile() -> None:
     def unsure(n: Floats) -> Floats:
         return np.stack([0 * n[:, 0], 0 * n[:, 0], -np.ones(len(n)), np.arange(len(n))], axis=1)
 
-    assert threshold(WINDOW, unsure, count=101) == pytest.approx(98.0)
+    assert threshold(WINDOW, unsure, count=26) == pytest.approx(24.5)
