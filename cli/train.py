@@ -86,11 +86,11 @@ def _table(found: dict[str, float]) -> list[str]:
         values = (tuple(found[f"{key}_{share}_{name}"] for share in PERCENTILES) for key in TABLE)
         parts = [f"{key} {low:.3g} / {high:.3g}" for key, (low, high) in zip(TABLE, values, strict=True)]
         parts += [f"{kind} {100 * found[key]:.2g} %" for kind in KINDS if (key := f"{kind}_{name}") in found]
-        lines.append(f"held-out errors {_condition(name)}, median / 95 %: {', '.join(parts)}")
+        lines.append(f"held-out errors {condition(name)}, median / 95 %: {', '.join(parts)}")
     return lines
 
 
-def _condition(name: str) -> str:
+def condition(name: str) -> str:
     """The end of a key of held-out errors, in words."""
     kind, *values = name.split("_")
     match kind, values:

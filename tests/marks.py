@@ -1,11 +1,10 @@
 """Cases that only the long tests run."""
 
-from itertools import product
 from typing import Any
 
 import pytest
 
-from tfra.sim.harness import PATTERNS, bursts, flowing, random_stalls
+from tfra.sim.harness import bursts, flowing, random_stalls
 
 
 def long(*cases: Any) -> list[Any]:
@@ -17,5 +16,5 @@ def long(*cases: Any) -> list[Any]:
 
 _FEW = [(flowing, flowing), (random_stalls, bursts), (bursts, random_stalls)]
 
-STALLS = [*_FEW, *long(*(pair for pair in product(PATTERNS, PATTERNS) if pair not in _FEW))]
+STALLS = [*_FEW, *long((random_stalls, random_stalls), (bursts, bursts))]
 """Stalls at the inputs and at the outputs of a block."""

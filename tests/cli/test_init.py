@@ -96,6 +96,7 @@ def test_weights_are_beside_the_example_of_their_sensor() -> None:
     for name in written:
         example = Path("all", name.replace(".weights.npz", ".toml"))
         learned = example.with_name("learned.toml")
-        learned.write_text(f'{example.read_text()}[estimator]\nkind = "learned"\nweights = "{name}"\n')
+        chosen = "" if "[estimator]" in example.read_text() else f'[estimator]\nkind = "learned"\nweights = "{name}"\n'
+        learned.write_text(example.read_text().replace("# [estimator]", "#") + chosen)
         assert main(["frames", str(learned), "--out", "frames.npz"]) == 0
         assert main(["estimate", str(learned), "frames.npz", "--out", "forces.npz"]) == 0

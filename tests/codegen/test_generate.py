@@ -52,7 +52,7 @@ def few_frames():
 
 @pytest.fixture(
     scope="module",
-    params=["files", "serial", *long("even", "odd", "loaded", "narrow", "learned", "learned_serial")],
+    params=["files", "serial", *long("odd", "loaded", "narrow", "learned", "learned_serial")],
     name="core",
 )
 def _core(request, tmp_path_factory):
@@ -149,11 +149,9 @@ def test_linters_and_yosys_are_silent(core, tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("target", ["its own", "portable"])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_linters_are_silent_about_the_presets(preset, target, tmp_path):
+def test_linters_are_silent_about_the_presets(preset, tmp_path):
     design = load(EXAMPLES / f"{preset}.toml").design
-    design = design if target == "its own" else replace(design, target=target)
     file = tmp_path / f"{design.name}.v"
     file.write_text(to_verilog(design))
     models = microarchitecture(design).cell_models
@@ -224,7 +222,7 @@ def test_models_of_cells_are_beside_the_testbench(name, target, tmp_path):
     assert "0 differ" in run_testbench(tmp_path / "core", name)
 
 
-@pytest.mark.parametrize("core", ["serial", *long("files", "even", "odd", "loaded", "narrow")], indirect=True)
+@pytest.mark.parametrize("core", ["serial", *long("files", "odd", "loaded")], indirect=True)
 def test_the_testbench_notices_a_wrong_word(core, tmp_path):
     design, directory, *_ = core
     shutil.copytree(directory, tmp_path / "core")

@@ -87,21 +87,13 @@ QUESTIONS = [
         ("2x4", "ecp5-25", 1e5, 5.2),
         ("2x2", "ice40up5k", 1e3, 1e4),
         ("2x2", "ecp5-25", 1e9, 1e4),
-        ("3x4", "ecp5-45", 4e5, 5.2),
         ("3x4", "ecp5-25", 6e5, 1e3),
-        ("3x4", "gw2a-18", 4e5, 1e3),
         ("3x4 asked for as serial", "ice40up5k", 100, 1e5),
         ("4x4 cells", "ecp5-45", 5e5, 1e4),
-        ("4x4 cells", "xc7", 3e5, 6.0),
         ("3x3 loaded", "ecp5-25", 100, 1e5),
         ("3x3 loaded", "ecp5-25", 3e5, 1e4),
-        ("5x5", "ecp5-85", 3e5, 6.5),
         ("5x5", "gw2a-18", 2.5e5, 1e4),
-        ("6x6 wide", "ecp5-25", 1e5, 1e4),
         ("6x6 wide", "xc7", 1e3, 500.0),
-        ("8x8 cells", "ecp5-45", 1.5e5, 12.0),
-        ("10x10", "ecp5-25", 6e4, 1e4),
-        ("10x10", "ecp5-85-8", 1e5, 17.0),
     ),
 ]
 
@@ -154,7 +146,7 @@ def test_more_lanes_take_more(name: str, family: str) -> None:
             assert "DSP" not in fewer.total or fewer.total["DSP"] < more.total["DSP"]
 
 
-@pytest.mark.parametrize("name", long("2x4", "3x4", "5x5", "6x6 wide", "10x10"))
+@pytest.mark.parametrize("name", long("2x4", "5x5", "6x6 wide"))
 def test_lanes_that_share_their_blocks(name: str) -> None:
     """Cycles of a core among the choices are those of the core alone; more lanes are not always faster."""
     for words in VECTOR_WORDS:

@@ -70,7 +70,7 @@ def test_every_name_is_there_and_documented() -> None:
         assert name.startswith("_") or name == "project" or value.__doc__, name
 
 
-@pytest.mark.parametrize("name", ["tfra", "tfra.sensor", "tfra.result"])
+@pytest.mark.parametrize("name", ["tfra", "tfra.sensor", "tfra.skin", "tfra.result"])
 def test_examples_of_docstrings(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, simulated: tuple[Any, tfra.Truth]
 ) -> None:

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.accuracy.skins import table
+from bench.publish import ROOT
 from tfra.model.arrays import Floats
 from tfra.model.cover.scenes import crowds, gaps
 from tfra.model.sensor import SensorArray
@@ -94,3 +96,7 @@ def test_the_threshold_is_a_quantile() -> None:
         return np.stack([0 * n[:, 0], 0 * n[:, 0], -np.ones(len(n)), np.arange(len(n))], axis=1)
 
     assert threshold(WINDOW, unsure, count=26) == pytest.approx(24.5)
+
+
+def test_the_page_has_the_errors_of_the_example() -> None:
+    assert table() in (ROOT / "docs" / "skins.md").read_text()

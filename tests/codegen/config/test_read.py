@@ -185,7 +185,8 @@ def test_name_follows_from_the_file(read: Any, file: str, name: str) -> None:
 def test_examples(example: Path) -> None:
     project = load(example)
     assert project.design.name == {"small": "small_core"}.get(example.stem, example.stem)
-    assert len(project.contacts) == {"hertz_40x20": 24, "rectangle_40x40": 24, "skin_8x12": 12}.get(example.stem, 0)
+    contacts = {"hertz_40x20": 24, "rectangle_40x40": 24, "skin_8x12": 12, "fingers_32x32": 96}
+    assert len(project.contacts) == contacts.get(example.stem, 0)
     assert project.design.sensor.taxels == (96 if example.stem == "skin_8x12" else 100)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.codegen.package.made import PARALLEL, write
 from tests.codegen.package.test_simulated import DESIGN
-from tests.codegen.test_generate import DESIGNS, EXAMPLES, PRESETS, change_word, few_frames, run_testbench
+from tests.codegen.test_generate import DESIGNS, EXAMPLES, change_word, few_frames, run_testbench
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.axi_testbench import axi_testbench
 from tfra.codegen.verilog.files import files
@@ -52,7 +52,7 @@ def test_it_passes(short: Path) -> None:
     assert compared(SHORT, run_testbench(short, "short_axi")) > 4
 
 
-@pytest.mark.parametrize("name", [*KINDS, *PRESETS])
+@pytest.mark.parametrize("name", [*KINDS, "learned_fast"])
 def test_it_passes_for_every_kind_and_preset(name: str, tmp_path: Path) -> None:
     design = KINDS[name] if name in KINDS else load(EXAMPLES / f"{name}.toml").design
     assert compared(design, run_testbench(folder_of(design, tmp_path), f"{design.name}_axi")) > 4

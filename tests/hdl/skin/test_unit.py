@@ -51,12 +51,7 @@ def check(skin, codes, want, *, coefficients=None, limit=400_000, **stalls):
         ((5, 7), {"most": 64, "gap": 0, "threshold": 1 / 256}, 1, 10, bursts, random_stalls),
         ((7, 5), {"most": 1, "gap": 4, "threshold": 1.0}, 7, 10, flowing, bursts),
         ((32, 32), {"most": 16}, 3, 3, flowing, flowing),
-        *long(
-            ((32, 32), {"most": 16}, 0, 10, bursts, random_stalls),
-            ((64, 64), {"most": 16}, 0, 10, flowing, flowing),
-            ((64, 64), {"most": 64, "gap": 3}, 5, 5, random_stalls, bursts),
-            ((127, 65), {"most": 16}, 4, 7, flowing, random_stalls),
-        ),
+        *long(((32, 32), {"most": 64, "gap": 3}, 0, 10, bursts, random_stalls)),
     ],
 )
 def test_records_are_those_of_the_model(shape, choices, seed, count, stall_in, stall_out):
@@ -73,7 +68,6 @@ SERIAL = Architecture(kind="serial", mac_lanes=0, vector_words=0)
     [
         (small_window(), (6, 9), 2),
         (learned_design(2, 2, counts=(1, 1), architecture=SERIAL), (6, 9), 3),
-        *long((learned_window(), (32, 32), 2)),
     ],
     ids=lambda value: value.name if hasattr(value, "name") else None,
 )
