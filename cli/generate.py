@@ -53,7 +53,8 @@ def generate(
     from tfra.synth.estimate import misfits, part_of
 
     project = load(config)
-    project.require_array("tfra generate")
+    if package or backend is Language.HLS:
+        project.require_array(f"tfra generate {'--package' if package else f'--backend {backend.value}'}")
     check_core(project)
     if package and backend is not Language.VERILOG:
         raise InputError("--package", "", f"there is none of the back end {backend.value}")
@@ -66,7 +67,7 @@ def generate(
             raise InputError(project.path, "", str(error)) from None
     with failures("generate", ToolError), progress("generating the core"):
         part = part_of(project.design) if package else None
-        sidecar = write(project.design, out, [config], part, backend.value)
+        sidecar = write(project.array, out, [config], part, backend.value)
     if part:
         used = {name: count for name, (count, _) in part.resources.items()}
         if lacks := misfits(used, part.target, project.design.architecture.kind):

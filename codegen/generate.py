@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.c.files import files as c
+from tfra.codegen.c.skin import skin_files
 from tfra.codegen.hls.files import files as hls
 from tfra.codegen.package.contents import Part
 from tfra.codegen.package.folder import package
 from tfra.codegen.verilog.files import files as verilog
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
 
@@ -29,20 +31,26 @@ class Backend:
 
     files: Callable[[Design], Files]
     """The files of a design, the same for the same design; raises ``ValueError`` for one that can't be built."""
+    skin: Callable[[Skin], Files] | None = None
+    """Those of a skin; None where there are none."""
     package: Callable[[Design, Mapping[str, str], Part], Files] | None = None
     """Further files around those given, for projects with the device; None where there are none."""
 
 
-BACKENDS = {"verilog": Backend(verilog, package), "c": Backend(c), "hls": Backend(hls)}
+BACKENDS = {"verilog": Backend(verilog, verilog, package), "c": Backend(c, skin_files), "hls": Backend(hls)}
 
 
 def generate(
-    design: Design, directory: Path, inputs: Sequence[Path] = (), part: Part | None = None, backend: str = "verilog"
+    array: Design | Skin,
+    directory: Path,
+    inputs: Sequence[Path] = (),
+    part: Part | None = None,
+    backend: str = "verilog",
 ) -> dict[str, Any]:
-    """Write all files of ``design``, which comes from the files ``inputs``, into ``directory``; return the sidecar.
+    """Write all files of a design or a skin, which comes from the files ``inputs``, into ``directory``.
 
-    The files are those of the ``backend``, and with a ``part`` those of its package for projects of others.  The same
-    design gives the same bytes.
+    Returns the sidecar.  The files are those of the ``backend``, and with a ``part`` those of its package for projects
+    of others.  The same design gives the same bytes.
 
     Raises as the back end's ``files``, and ``InputError`` for a directory that can't be written, or a name that a
     package can't have; all leave the directory as it was.
@@ -51,13 +59,18 @@ def generate(
         raise InputError("backend", backend, f"one of {', '.join(BACKENDS)} is needed")
     chosen = BACKENDS[backend]
     with output_directory(directory, "generate", inputs) as fresh:
-        files = chosen.files(design)
-        if part and chosen.package:
-            files |= chosen.package(design, files, part)
+        if not isinstance(array, Skin):
+            files = chosen.files(array)
+        elif chosen.skin and not part:
+            files = chosen.skin(array)
+        else:
+            raise InputError(backend, "window", "no package, and no C++ for HLS tools, can be made of a skin")
+        if part and chosen.package and not isinstance(array, Skin):
+            files |= chosen.package(array, files, part)
         for name, text in files.items():
             (fresh / name).parent.mkdir(parents=True, exist_ok=True)
             (fresh / name).write_text(text, encoding="utf-8", newline="\n")
             if name.endswith(".sh"):
                 (fresh / name).chmod(0o755)
-    facts: dict[str, Any] = json.loads(files[f"{design.name}.json"])
+    facts: dict[str, Any] = json.loads(files[f"{array.name}.json"])
     return facts

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from io import StringIO
 from pathlib import Path
 
@@ -9,12 +10,14 @@ import numpy as np
 import pytest
 
 from tests.cli.test_cli import refusal
+from tests.codegen.test_generate import change_word, run_testbench
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.model.converter import quantise
 from tfra.model.skin.records import decode_records, records
 from tfra.model.skin.result import estimate
 from tfra.model.tfra import Tfra
+from tfra.sim.tools import choose
 
 SKIN = """
 [sensor]
@@ -142,3 +145,32 @@ def test_commands_that_take_no_skin_say_so(
     command, *options = arguments
     line = f"skin.toml: window: tfra {command} takes no skins"
     assert refusal(capfd, command, "skin.toml", *options) == line
+
+
+def test_its_c_is_generated(stress: np.ndarray) -> None:
+    assert main(["generate", "skin.toml", "--backend", "c", "--out", "core"]) == 0
+    assert {"skin.c", "skin_skin.c", "skin_skin.h", "skin_skin_test.c", "skin.json"} <= {
+        path.name for path in Path("core").iterdir()
+    }
+
+
+@pytest.mark.long
+def test_its_verilog_passes_its_testbench(stress: np.ndarray) -> None:
+    """And says so of no other word."""
+    choose("icarus")
+    assert main(["generate", "skin.toml", "--out", "core"]) == 0
+    facts = json.loads(Path("core/skin.json").read_text())
+    assert (facts["skin"]["rows"], facts["skin"]["columns"]) == (16, 20)
+    assert facts["taxel"]["transfers_per_frame"] == 320
+    said = run_testbench(Path("core").absolute(), "skin")
+    assert re.search(r"PASSED: \d{4,} words compared, 0 differ", said)
+    change_word(Path("core"), "skin", "result", 2, 1)
+    assert "1 differ" in run_testbench(Path("core").absolute(), "skin")
+
+
+@pytest.mark.parametrize("options", [["--package"], ["--backend", "hls"]])
+def test_what_can_not_be_made_of_a_skin(
+    stress: np.ndarray, options: list[str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    line = f"skin.toml: window: tfra generate {' '.join(options)} takes no skins"
+    assert refusal(capfd, "generate", "skin.toml", *options, "--out", "core") == line
