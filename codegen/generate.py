@@ -31,13 +31,13 @@ class Backend:
 
     files: Callable[[Design], Files]
     """The files of a design, the same for the same design; raises ``ValueError`` for one that can't be built."""
-    skin: Callable[[Skin], Files] | None = None
-    """Those of a skin; None where there are none."""
     package: Callable[[Design, Mapping[str, str], Part], Files] | None = None
     """Further files around those given, for projects with the device; None where there are none."""
+    skin: Callable[[Skin], Files] | None = None
+    """Those of a skin; None where there are none."""
 
 
-BACKENDS = {"verilog": Backend(verilog, verilog, package), "c": Backend(c, skin_files), "hls": Backend(hls)}
+BACKENDS = {"verilog": Backend(verilog, package, verilog), "c": Backend(c, skin=skin_files), "hls": Backend(hls)}
 
 
 def generate(
