@@ -52,7 +52,7 @@ def few_frames():
 
 @pytest.fixture(
     scope="module",
-    params=["files", "serial", *long("odd", "loaded", "narrow", "learned", "learned_serial")],
+    params=["files", "serial", *long("odd", "loaded", "learned", "learned_serial")],
     name="core",
 )
 def _core(request, tmp_path_factory):

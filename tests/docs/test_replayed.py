@@ -67,7 +67,7 @@ def test_the_recording_is_the_one_in_the_examples() -> None:
 def test_whole_blocks(page: str, lines: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With tools beside tfra."""
     monkeypatch.chdir(tmp_path)
-    sensor = ["--rows", "3", "--columns", "4", "--pitch-x", "2", "--pitch-y", "2", "--thickness", "2"]
+    sensor = ["--rows", "2", "--columns", "2", "--pitch-x", "2", "--pitch-y", "2", "--thickness", "2"]
     assert main(["init", *sensor, "--out", "whole.toml"]) == 0
     kept = [line for line in Path("whole.toml").read_text().splitlines() if not line.startswith(PARALLEL)]
     Path("skin.toml").write_text("\n".join(kept).replace("[architecture]", '[architecture]\nkind = "serial"'))

@@ -37,11 +37,9 @@ def test_words(case: str) -> None:
     "design",
     [
         pytest.param(make(2, 3, Formats("short", 8, 10, 4, 2), bits=8), id="2x3, 8 bits"),
-        pytest.param(make(16, 16, bits=12), id="16x16"),
         pytest.param(make(9, 7, Formats("24 bits", 24, 24, 8, 4), bits=16), id="9x7, 24 bits"),
         pytest.param(example("hertz_40x20"), id="hertz_40x20"),
         pytest.param(replace(example("learned_fast"), adc=Adc(12, 2e5)), id="learned 10x10"),
-        pytest.param(example("skin_8x12"), id="skin_8x12"),
     ],
 )
 def test_words_of_a_hundred_thousand_frames(design: Design) -> None:

@@ -26,9 +26,9 @@ from tfra.sim.compiled_skin import CompiledSkin
 
 HUNDRED_THOUSAND = {
     "12x20": (SKINS["12x20"], 90_000),
-    "32x32": (skin("learned_4x6", 32, 32, Finding(gap=1)), 10_000),
+    "32x32": (skin("learned_4x6", 32, 32, Finding(gap=1)), 4_000),
     "64x64": (skin("learned_4x6", 64, 64), 1_500),
-    "127x65": (skin("learned_3x5", 127, 65, Finding(most=64, threshold=0.02)), 500),
+    "127x65": (skin("learned_3x5", 127, 65, Finding(most=64, threshold=0.02)), 200),
 }
 """Skins, and how many of their frames are compared."""
 

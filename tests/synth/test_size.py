@@ -92,8 +92,8 @@ QUESTIONS = [
         ("4x4 cells", "ecp5-45", 5e5, 1e4),
         ("3x3 loaded", "ecp5-25", 100, 1e5),
         ("3x3 loaded", "ecp5-25", 3e5, 1e4),
-        ("5x5", "gw2a-18", 2.5e5, 1e4),
-        ("6x6 wide", "xc7", 1e3, 500.0),
+        ("3x4", "gw2a-18", 2.5e5, 1e4),
+        ("3x4", "xc7", 1e3, 500.0),
     ),
 ]
 
@@ -118,6 +118,7 @@ def test_the_smallest_of_all(name: str, part: str, fps: float, latency: float) -
     }
 
 
+@pytest.mark.long
 def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The enumeration does not follow the search: a core whose estimate goes wrong in it alone is not the smallest."""
     bounds = Bounds(98.0, 1e5, 1e4)
@@ -132,7 +133,7 @@ def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert size(SUBJECTS["2x2"], find("ecp5-25"), bounds).chosen.luts != least
 
 
-LINES = [("3x4", "gatemate"), ("3x4", "gowin"), ("6x6 wide", "xilinx"), ("8x8 cells", "ecp5"), ("5x5", "ice40")]
+LINES = [("3x4", "gatemate"), ("3x4", "gowin"), ("3x4", "xilinx"), ("4x4 cells", "ecp5"), ("3x4", "ice40")]
 
 
 @pytest.mark.parametrize(("name", "family"), [("2x2", "ecp5"), *long(*LINES)])

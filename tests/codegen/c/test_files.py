@@ -15,7 +15,7 @@ from tfra.model.fixed.design import Design
 
 WARNINGS = (*STRICT, "-Wundef", "-Wvla", "-Wdouble-promotion", "-Wfloat-conversion")
 SANITIZERS = "-fsanitize=undefined,address -fno-sanitize-recover=all -g"
-BUILDS = ["gcc -O2", *long("gcc -Os", f"gcc -O3 {SANITIZERS}", "clang -O2", f"clang -O1 {SANITIZERS}")]
+BUILDS = ["gcc -O2", *long(f"gcc -O3 {SANITIZERS}", f"clang -O1 {SANITIZERS}")]
 
 
 def run(folder: Path, *command: str) -> str:

@@ -26,7 +26,7 @@ DESIGNS = {
     "parallel": (replace(PARALLEL, bus=Bus(2)), PART),
     "ecp5": (replace(PARALLEL, name="cells", target="ecp5"), PART),
     "ice40": (replace(SERIAL_CORE, name="sparse", target="ice40"), ICE40),
-    "few": (replace(PARALLEL, name="few", target="ecp5", adc=Adc(8), search=Search(2), formats=SHORT), PART),
+    "few": (replace(SERIAL_CORE, name="few", target="ecp5", adc=Adc(8), search=Search(2), formats=SHORT), PART),
     "files": (replace(PARALLEL, name="images", images="readmemh", bus=Bus(4)), PART),
 }
 

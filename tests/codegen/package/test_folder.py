@@ -108,7 +108,7 @@ def test_memory_files_go_with_the_modules(tmp_path: Path) -> None:
     assert {file.name for file in package.glob("*.hex")} <= added
 
 
-@pytest.fixture(scope="module", params=["serial", *long("parallel", "ice40")])
+@pytest.fixture(scope="module", params=["serial", *long("ice40")])
 def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     name: str = request.param
     _, folder = made(name, tmp_path_factory.mktemp(name))

@@ -84,15 +84,13 @@ def test_latency(per_beat: int) -> None:
     assert bench.given[2] - bench.taken[-1] == latencies(core)[0] - core.latency + own
 
 
-SMALL = learned_design(2, 2, (1, 1), architecture=SERIAL)
 CORES = [
-    *long((SMALL, 0), (replace(design(), architecture=SERIAL, bus=Bus(2)), 4), (design(), 20)),
-    *long((learned_design(2, 3, (3, 2)), 20), (learned_design(7, 7, (1, 1), lanes=64), 24)),
+    *long((replace(design(), architecture=SERIAL, bus=Bus(2)), 4, 1), (design(), 20, 0)),
+    *long((learned_design(2, 3, (3, 2)), 20, 1), (learned_design(7, 7, (1, 1), lanes=64), 24, 0)),
 ]
 
 
-@pytest.mark.parametrize("cut", [0, 1])
-@pytest.mark.parametrize(("built", "frames"), CORES, ids=["small", "serial", "parallel", "learned", "output"])
+@pytest.mark.parametrize(("built", "frames", "cut"), CORES, ids=["serial", "parallel", "learned", "output"])
 def test_latencies_of_cores(built: Design, frames: int, cut: int) -> None:
     """From a frame's last beat to its first and last result word: a frame that is alone, and frames back to back."""
     core, taxels = microarchitecture(built), (FRAME * 9)[: built.sensor.taxels]

@@ -66,7 +66,7 @@ SERIAL = Architecture(kind="serial", mac_lanes=0, vector_words=0)
 @pytest.mark.parametrize(
     ("window", "shape", "count"),
     [
-        (small_window(), (6, 9), 2),
+        *long((small_window(), (6, 9), 2)),
         (learned_design(2, 2, counts=(1, 1), architecture=SERIAL), (6, 9), 3),
     ],
     ids=lambda value: value.name if hasattr(value, "name") else None,
@@ -79,7 +79,7 @@ def test_any_core_reads_the_windows(window, shape, count):
 
 @pytest.mark.usefixtures("stubbed")
 @pytest.mark.parametrize(
-    ("shape", "most", "counts", "budget"), [((32, 32), 4, (2, 2), 5_000), ((64, 64), 16, (4, 4), 20_000)]
+    ("shape", "most", "counts", "budget"), [((32, 32), 4, (2, 2), 5_000), *long(((64, 64), 16, (4, 4), 20_000))]
 )
 def test_cycles_of_a_frame(shape, most, counts, budget):
     """Frames of contacts of 37 taxels; the intake alone is never in the way."""

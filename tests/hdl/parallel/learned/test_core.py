@@ -41,19 +41,19 @@ def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
     check_words(design, codes_of(design, 9, seed), stall_out=sleepy, seed=seed)
 
 
-@pytest.mark.parametrize("seed", [3, *long(4, 11, *range(30, 35))])
+@pytest.mark.parametrize("seed", [3, *long(11, 31, 33)])
 def test_timing_is_what_the_gateware_does(seed):
     design = random_design(seed)
     check_timing(design, codes_of(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(104, *range(110, 114)))
+@pytest.mark.parametrize("seed", long(104, 112))
 def test_signals_with_word_lengths_of_their_own(seed):
     design = mixed_design(seed)
     check_timing(design, codes_of(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(1, 2, 12))
+@pytest.mark.parametrize("seed", long(2))
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     check_single_frame(design, codes_of(design, 2, seed)[1:])

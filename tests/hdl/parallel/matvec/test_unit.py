@@ -126,15 +126,14 @@ def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
         assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
 
 
-@pytest.mark.parametrize("design", [*SMALL[:2], *long(*SMALL[2:])], ids=label)
+@pytest.mark.parametrize("design", [*SMALL[:2], *long(*SMALL[2::3])], ids=label)
 def test_extreme_operands(design):
     check(design, corners(design))
 
 
 @pytest.mark.parametrize("design", [*SMALL[:4], *long(*SMALL[4:])], ids=label)
-@pytest.mark.parametrize("stall", [random_stalls, *long(bursts)])
-def test_random_operands_with_stalls(design, stall):
-    check(design, draw(design, 2, 5), seed=5, stall_in=stall, stall_out=stall)
+def test_random_operands_with_stalls(design):
+    check(design, draw(design, 2, 5), seed=5, stall_in=random_stalls, stall_out=bursts)
 
 
 @pytest.mark.parametrize("lanes", long(64, 100))

@@ -55,26 +55,26 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
     check_resets(design, contact_codes(design, 3, seed), interrupted, held, rng)
 
 
-@pytest.mark.parametrize("seed", [2, *long(0, 4, 7, 9, 10)])
+@pytest.mark.parametrize("seed", [2, *long(0, 9)])
 def test_timing_is_what_the_gateware_does(seed):
     design = random_design(seed)
     check_timing(design, contact_codes(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(0, 2, 3, 10))
+@pytest.mark.parametrize("seed", long(0, 10))
 def test_signals_with_word_lengths_of_their_own(seed):
     design = mixed_design(seed)
     check_timing(design, contact_codes(design, 6, seed))
 
 
-@pytest.mark.parametrize("seed", long(12, 15, 17))
+@pytest.mark.parametrize("seed", long(12))
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     check_single_frame(design, contact_codes(design, 1, seed))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [4, 0, 14])
+@pytest.mark.parametrize("seed", [4, 0])
 def test_products_begin_when_the_timeline_says(seed, monkeypatch):
     """The order of products that docs/studies/schedule.md describes is what the lanes do, cycle by cycle."""
     schedules = []

@@ -16,7 +16,7 @@ from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, ru
 
 RUNS = [
     *((d, bursts) for d in VECTORS),
-    *long(*((d, s) for d in VECTORS for s in PATTERNS if s is not bursts and (d.quads < 5 or s is random_stalls))),
+    *long(*((d, random_stalls) for d in VECTORS)),
 ]
 
 
