@@ -1,37 +1,12 @@
 // Charts: values over the frames with a cursor, and the sweep of a frame.
 
-const SERIES = [
-  { colour: "#0072B2", dash: "solid" }, { colour: "#D55E00", dash: "dash" }, { colour: "#009E73", dash: "dashdot" },
-  { colour: "#CC79A7", dash: "longdash" }, { colour: "#E69F00", dash: "longdashdot" },
-];
 const KNOWN = { colour: "#000", dash: "dot" };
 const PANELS = [
   ["phi", "φ / °"], ["mu", "μ"], ["f", "|F| / N"], ["f_x", "F<sub>x</sub> / N"], ["f_y", "F<sub>y</sub> / N"],
   ["f_z", "F<sub>z</sub> / N"],
   ...(judged ? [["uncertainty", "uncertainty, % of |F<sub>z</sub>|"]] : []), ...(tested ? [["residual", "residual / %"]] : []),
 ];
-const PANEL = 118;
 const LANE = 26;
-const AXIS = {
-  gridcolor: "#ddd", linecolor: "#767676", ticks: "outside", tickcolor: "#767676", showline: true,
-  zeroline: false,
-};
-const LOOKS = {
-  font: { family: "system-ui, sans-serif", size: 12, color: "#111" },
-  paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
-  hoverlabel: { bgcolor: "white", bordercolor: "#767676", font: { size: 12, color: "#111" }, align: "left" },
-};
-const MARGIN = { l: 58, r: 12, t: 40, b: 50 };
-const narrow = matchMedia("(max-width: 640px)");
-const series = (n) => SERIES[n % SERIES.length];
-
-function config(bar) {
-  const buttons = [["zoom2d", "pan2d", "resetScale2d", "toImage"]];
-  const chosen = { responsive: true, displaylogo: false, showSendToCloud: false, modeBarButtons: buttons };
-  return narrow.matches || !bar ? { ...chosen, displayModeBar: false } : chosen;
-}
-
-const xOf = (frame) => (times ? times[frame] : numberOf(frame));
 
 /** Values over the frames, with gaps where there is no value or an angle passes through 0. */
 function overFrames(name, value) {
@@ -47,8 +22,6 @@ function overFrames(name, value) {
   }
   return { x, y };
 }
-
-const yaxis = (panel) => `y${panel ? panel + 1 : ""}`;
 
 /** The series over the frames: results, then reference values. */
 const SOURCES = [
@@ -130,33 +103,18 @@ function topOf(width) {
 function panelLayout(width) {
   const foot = lanes.length * LANE;
   const total = PANELS.length * PANEL + foot;
-  const margin = { ...MARGIN, t: topOf(width) };
-  const layout = {
-    ...LOOKS, height: total + margin.t + margin.b, margin, annotations: [], dragmode: narrow.matches ? false : "zoom",
-    legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
-    xaxis: { ...AXIS, title: { text: times ? "time / s" : "frame" }, anchor: yaxis(PANELS.length - (lanes.length ? 0 : 1)) },
-  };
-  if (COUNT === 1) layout.xaxis.range = [xOf(0) - 1, xOf(0) + 1];
-  const label = (text, y, size) => layout.annotations.push({
-    text, x: 0, xref: "paper", xanchor: "left", xshift: 4, y, yref: "paper", yanchor: "top", showarrow: false,
-    bgcolor: "rgba(255,255,255,.85)", font: { size, color: "#111" }, borderpad: 1,
-  });
+  const layout = stacked(PANELS, topOf(width), foot);
+  const unsure = PANELS.findIndex(([name]) => name === "uncertainty");
   layout.shapes = band();
-  PANELS.forEach(([name, title], panel) => {
-    const top = 1 - (panel * PANEL) / total;
-    layout[`yaxis${panel ? panel + 1 : ""}`] = {
-      ...AXIS, domain: [top - (PANEL - 16) / total, top], anchor: "x", nticks: 5,
-      ...(name === "phi" ? { range: [-8, 368], tickvals: [0, 90, 180, 270, 360] } : {}),
-      ...(name === "uncertainty" ? { range: [0, 3 * Math.max(...thresholds)] } : {}),
-    };
-    if (name === "uncertainty") layout.shapes.push(...thresholds.map((threshold) => thresholdLine(threshold, panel)));
-    label(`<b>${title}</b>`, top, 12);
-  });
+  if (unsure >= 0) {
+    layout[`yaxis${unsure + 1}`].range = [0, 3 * Math.max(...thresholds)];
+    layout.shapes.push(...thresholds.map((threshold) => thresholdLine(threshold, unsure)));
+  }
   if (lanes.length) {
     layout[`yaxis${PANELS.length + 1}`] = {
       domain: [0, (foot - 8) / total], range: [-lanes.length, 0], showticklabels: false, showgrid: false, zeroline: false, anchor: "x",
     };
-    lanes.forEach(({ words }, lane) => label(words, ((foot - 8) * (1 - lane / lanes.length)) / total, 11));
+    lanes.forEach(({ words }, lane) => layout.annotations.push(inside(words, ((foot - 8) * (1 - lane / lanes.length)) / total, 11)));
   }
   return layout;
 }
@@ -164,17 +122,6 @@ function panelLayout(width) {
 function drawPanels(chart) {
   lanes = given.statuses.filter((status) => lanes.includes(status) || occurs(status.bit));
   return Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
-}
-
-/** Move the cursor line over the chart; drawing the chart again would be too slow. */
-function moveCursor(cursor, chart, frame) {
-  const [first, last] = chart.layout.xaxis.range;
-  const share = (xOf(frame) - first) / (last - first);
-  cursor.hidden = share < 0 || share > 1;
-  if (cursor.hidden) return;
-  cursor.style.transform = `translateX(${MARGIN.l + share * (chart.clientWidth - MARGIN.l - MARGIN.r)}px)`;
-  cursor.style.top = `${chart.layout.margin.t}px`;
-  cursor.style.bottom = `${MARGIN.b}px`;
 }
 
 /** What stands for the sweep of a result without one. */

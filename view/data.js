@@ -1,10 +1,5 @@
 // Frames in typed arrays, and the numbers of a frame from them.
 
-const TAXELS = given.rows * given.columns;
-const TOP = 32767;
-
-const modulus = (...parts) => Math.hypot(...parts);
-
 /** Values by name, and |F| if its components are known. */
 function unpackValues(packed) {
   const values = unpackAll(packed);
@@ -31,13 +26,6 @@ const swept = results.some(({ sweep }) => sweep);
 let times = given.time && unpack(given.time);
 let COUNT = results[0].status.length;
 
-/** The values of all taxels of a frame, in SI. */
-function plane({ codes, scale }, frame) {
-  const found = new Float32Array(TAXELS);
-  for (let k = 0; k < TAXELS; k += 1) found[k] = codes[frame * TAXELS + k] * scale[frame];
-  return found;
-}
-
 /** The largest magnitude of these planes, of one frame or of all. */
 function peakOf(planes, frame) {
   let largest = 0;
@@ -46,18 +34,6 @@ function peakOf(planes, frame) {
     else for (const one of scale) largest = Math.max(largest, one);
   }
   return TOP * largest;
-}
-
-/** A unit in which `peak`, in SI, has few digits before and after the point. */
-function unitFor(peak, name) {
-  const [prefix, size] = [["k", 1e3], ["", 1], ["m", 1e-3], ["µ", 1e-6]].find(([, least]) => peak >= least) ?? ["", 1];
-  return { name: prefix + name, size, of: (value) => figures(value / size) };
-}
-
-/** A number with four significant digits. */
-function figures(value) {
-  if (!Number.isFinite(value)) return "–";
-  return String(Number(value.toPrecision(4))).replace("-", "−");
 }
 
 /** The largest tangential resultant of one frame or of all. */
@@ -97,9 +73,6 @@ function tells(result, name, frame) {
 }
 
 const valueOf = (result, name, frame) => (tells(result, name, frame) ? result.values[name]?.[frame] : undefined);
-
-/** The position of a taxel in mm. */
-const placeOf = (k) => [(k % given.columns) * given.pitch[0], Math.floor(k / given.columns) * given.pitch[1]];
 
 /** The centroid of the stress of one sign in mm (Eqs. 19-22); undefined without any. */
 function centroid(stress, sign) {

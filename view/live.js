@@ -31,7 +31,8 @@ function extended(kept, fresh, drop) {
 
 function append(piece) {
   const fresh = unpackResult(piece.results[0]);
-  const [count, seconds] = [fresh.status.length, unpack(piece.time)];
+  const seconds = unpack(piece.time);
+  const count = seconds.length;
   const old = (frame) => times[frame] < seconds.at(-1) - given.seconds || COUNT - frame + count > given.most;
   let drop = 0;
   while (drop < COUNT && old(drop)) drop += 1;
@@ -87,7 +88,7 @@ function play(wanted) {
   if (!ends) return;
   stop.abort();
   drawPanels($("panels"));
-  showSweep();
+  settle();
 }
 
 early.slice(1).forEach(append);

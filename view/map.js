@@ -145,18 +145,24 @@ function drawCentroids(pen, grid, { c, t, directed }) {
   }
 }
 
-/** Draw one map; the scene has stress and forces of a frame, their peaks, and what is to be shown. */
-function drawMap(canvas, scene) {
+/** Draw the stress of a frame, scaled by the peak, in a frame with axes; returns the pen and where the taxels are. */
+function drawStress(canvas, { stress, peak, root }) {
   const grid = gridOf(canvas.clientWidth);
   const pen = prepared(canvas, grid.height);
   for (let k = 0; k < TAXELS; k += 1) {
     const [x, y] = grid.at(placeOf(k));
-    pen.fillStyle = colourOf(bent(scene.stress[k] / (scene.peaks.stress || 1), scene.root));
+    pen.fillStyle = colourOf(bent(stress[k] / (peak || 1), root));
     pen.fillRect(x - grid.across / 2, y - grid.down / 2, grid.across + 0.4, grid.down + 0.4);
   }
   pen.strokeStyle = "#767676";
   pen.strokeRect(grid.left, EDGE.top, grid.across * given.columns, grid.down * given.rows);
   drawAxes(pen, grid);
+  return { pen, grid };
+}
+
+/** Draw one map; the scene has stress and forces of a frame, their peaks, and what is to be shown. */
+function drawMap(canvas, scene) {
+  const { pen, grid } = drawStress(canvas, { ...scene, peak: scene.peaks.stress });
   if (scene.forces) drawForces(pen, grid, scene);
   if (scene.whole) drawResultant(pen, grid, scene);
   if (scene.centroids) drawCentroids(pen, grid, scene);

@@ -1,6 +1,5 @@
-// The frame shown, and its controls: slider, keys, a click on a chart.
+// The frame shown: its maps, its numbers, its sweep.
 
-const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
 const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, sweepAgain: 0 };
 /** While frames play: milliseconds between two sweeps, at least, and as a multiple of the time that one takes. */
@@ -9,11 +8,6 @@ const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 
 const detailed = () => results[Number($("detail").value)];
 const checked = (id) => $(id).checked;
-
-/** Replace a text, unless it is the same, which would cause a new layout. */
-function say(place, text) {
-  if (place.textContent !== text) place.textContent = text;
-}
 
 const peaksOf = (frame) => ($("over").value === "all" ? PEAKS : peaksAt(frame));
 
@@ -117,7 +111,8 @@ function drawHeights(frame, scenes, peaks, root) {
   say($("height-unit"), stress ? STRESS.name : FORCE.name);
 }
 
-function showSweep() {
+/** Draw what is left out while frames play: the sweep. */
+function settle() {
   if (!swept) return;
   const begun = performance.now();
   const of = drawSweep($("sweep"), detailed(), state.frame);
@@ -131,36 +126,8 @@ function drawAll() {
   const scenes = results.map((result) => sceneOf(result, frame));
   drawMaps(frame, scenes);
   drawNumbers(frame, scenes);
-  const where = `frame ${numberOf(frame)}${times ? `, ${figures(times[frame])} s` : ""}`;
-  $("where").textContent = where;
-  $("frame").value = frame;
-  $("frame").setAttribute("aria-valuetext", where);
-  if (!state.playing || performance.now() > state.sweepAgain) showSweep();
-  document.body.dataset.frame = frame;
-}
-
-function show(frame) {
-  state.frame = Math.min(COUNT - 1, Math.max(0, Math.round(frame)));
-  drawAll();
-}
-
-const STEPS = {
-  ArrowLeft: () => state.frame - 1, ArrowRight: () => state.frame + 1, ArrowDown: () => state.frame - 1, ArrowUp: () => state.frame + 1,
-  PageDown: () => state.frame - Math.ceil(COUNT / 20), PageUp: () => state.frame + Math.ceil(COUNT / 20), Home: () => 0, End: () => COUNT - 1,
-};
-
-/** Keys of the page, except those that the focused field or scrolling needs. */
-function onKey(event) {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("select, input:not(#frame):not([type=checkbox])")) return;
-  const slider = event.target.id === "frame";
-  if (event.key === " " && !event.target.closest("button, [type=checkbox], summary, a")) {
-    event.preventDefault();
-    play(!state.playing);
-  } else if (event.key in STEPS && (slider || ["ArrowLeft", "ArrowRight"].includes(event.key))) {
-    event.preventDefault();
-    play(false);
-    show(STEPS[event.key]());
-  }
+  tellFrame();
+  if (!state.playing || performance.now() > state.sweepAgain) settle();
 }
 
 function pick(taxel) {
@@ -170,9 +137,7 @@ function pick(taxel) {
 }
 
 function listen() {
-  document.addEventListener("keydown", onKey);
-  $("play").addEventListener("click", () => play(!state.playing));
-  $("frame").addEventListener("input", (event) => { play(false); show(Number(event.target.value)); });
+  listenToFrames();
   for (const id of ["resultant", "arrows", "circles", "centroids", "over", "scale", "detail", "height"]) $(id).addEventListener("change", drawAll);
   for (const map of maps) {
     for (const kind of ["pointermove", "pointerdown"]) {
@@ -236,15 +201,7 @@ function begin(frame) {
   drawAll();
   return drawPanels($("panels")).then(() => {
     state.drawn = true;
-    $("panels").on("plotly_click", ({ points }) => {
-      play(false);
-      const x = points[0].x;
-      let frame = 0;
-      while (frame < COUNT - 1 && xOf(frame) < x) frame += 1;
-      show(frame);
-    });
-    $("panels").on("plotly_afterplot", () => moveCursor($("cursor"), $("panels"), state.frame));
-    moveCursor($("cursor"), $("panels"), state.frame);
+    followChart();
     document.body.dataset.ready = "yes";
   });
 }

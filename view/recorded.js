@@ -3,7 +3,7 @@
 function play(wanted) {
   const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
   state.playing = wanted;
-  if (ends) showSweep();
+  if (ends) settle();
   $("play").textContent = wanted ? "Pause" : "Play";
   if (!begins) return;
   if (state.frame === COUNT - 1) show(0);
