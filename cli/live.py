@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,13 +14,15 @@ from tfra.cli.common import Config, progress
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
 from tfra.cli.messages import print_error
 from tfra.codegen.config.core import check_core
-from tfra.engines import DOUBLE, Engine, codes, estimator
+from tfra.engines import DOUBLE, Engine, codes, estimator, skin_estimator
 from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats
+    from tfra.model.skin.result import SkinResult
     from tfra.model.tfra import Result
+    from tfra.view.feed import Feed
 
 Source = Annotated[
     str,
@@ -54,31 +56,24 @@ def live(
 
     from tfra.codegen.config.read import load
     from tfra.runtime.processes import Stopped
-    from tfra.view.feed import Feed
-    from tfra.view.page import render_live
     from tfra.view.server import serving
 
     if rate is not None and not 0 < rate <= 1e6:
         raise InputError("tfra live", "--rate", f"more than 0 frames a second are needed, up to 1e6, got {rate:g}")
     project = load(config)
-    project.require_array("tfra live")
     if engine not in DOUBLE:
         check_core(project)  # before a stream is opened
     project, name, frames = _frames(project, source, rate, given or {}, engine)
 
-    model = estimator(engine, project)
-
-    def estimate(stress: Floats) -> Result:
-        return model(stress if engine in DOUBLE else codes(project, stress, name))
-
     def warn(fault: str) -> None:
         print_error(f"warning: {InputError(name, '', fault)}")
 
-    feed = Feed(name, engine.value, project.design, estimate, project.design.sweeps)
+    feed, page, estimate = _shown(project, name, engine)
+    sensor = project.array.sensor
     try:
-        with serving(render_live(feed), feed, port) as address:
+        with serving(page, feed, port) as address:
             with progress(f"getting the {engine.value} engine ready"):
-                estimate(np.zeros((1, project.design.sensor.rows, project.design.sensor.columns)))  # the slowest one
+                estimate(np.zeros((1, sensor.rows, sensor.columns)))  # the slowest one
             typer.echo(f"{address} shows {name} by the {engine.value} engine; Ctrl-C ends it")
             threading.Thread(target=feed.read, args=(frames, warn), daemon=True).start()
             feed.run()
@@ -86,6 +81,28 @@ def live(
         if stopped.number != signal.SIGINT:
             raise
         typer.echo(f"tfra live: {feed.totals()}")
+
+
+def _shown(project: Project, source: str, engine: Engine) -> tuple[Feed, str, Callable[[Floats], object]]:
+    """The feed of the page for the project's array, the page, and the engine as a function of stress."""
+    from tfra.view.page import live_feed, render_live
+    from tfra.view.skin_page import live_skin_feed, render_skin_live
+
+    if project.skin:
+        skin, contacts = project.skin, skin_estimator(engine, project, project.skin)
+
+        def found(stress: Floats) -> SkinResult:
+            return contacts(stress if engine in DOUBLE else codes(project, stress, source))
+
+        feed = live_skin_feed(source, skin, found)
+        return feed, render_skin_live(feed, engine.value, skin), found
+    model = estimator(engine, project)
+
+    def estimate(stress: Floats) -> Result:
+        return model(stress if engine in DOUBLE else codes(project, stress, source))
+
+    feed = live_feed(source, engine.value, project.design, estimate, project.design.sweeps)
+    return feed, render_live(feed, engine.value, project.design), estimate
 
 
 def _frames(
@@ -106,7 +123,7 @@ def _frames(
         if rate is not None:
             raise InputError("tfra live", "--rate", "is for recordings only: a stream has its own rate")
         project = for_stream(project, given, "live")
-        lines = FrameLines(project.design.sensor, project.design.adc, project.input)
+        lines = FrameLines(project.array.sensor, project.array.adc, project.input)
         stream = open_stream(source)
         return project, stream.name, lines.frames(stream.lines(), check)
     file = Path(source)

@@ -20,7 +20,9 @@ from tfra.runtime.errors import InputError
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats
+    from tfra.sim.report import Report
     from tfra.sim.run import Netlist
+    from tfra.sim.skin_report import SkinReport
 
 
 class Simulator(StrEnum):
@@ -75,9 +77,9 @@ def verify(
     from tfra.sim.render import page as report_page
     from tfra.sim.render import render
     from tfra.sim.verify import verify as check
+    from tfra.sim.verify_skin import verify_skin
 
     project = load(config)
-    project.require_array("tfra verify")
     check_core(project)
     project = _for_frames(project, frames, given or {})
     inputs = [config, *([frames] if frames else [])]
@@ -86,20 +88,18 @@ def verify(
     if page:
         check_file(page, ".html", "verify", inputs)
     stresses, known = _stimuli(project, frames)
+    if netlist:
+        project.require_array("tfra verify --netlist")
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator
     with scratch(temporary()) as place, simulation_failures("verify"), progress("simulating the core") as advance:
-        report = check(
-            project.design,
-            stresses,
-            simulator=chosen and chosen.value,
-            seed=seed,
-            random=random,
-            references=known,
-            progress=advance,
-            core=core,
-            waves=place / "waves.vcd" if waves else None,
-        )
+        signals = place / "waves.vcd" if waves else None
+        stated = (stresses, chosen and chosen.value, seed, random)
+        report: Report | SkinReport
+        if project.skin:
+            report = verify_skin(project.skin, *stated, advance, signals)
+        else:
+            report = check(project.design, *stated, known, advance, core=core, waves=signals)
         if waves:
             write_vcd(waves, place / "waves.vcd", "verify")
     if page:
@@ -135,16 +135,16 @@ def _for_frames(project: Project, path: Path | None, given: Given) -> Project:
 
 
 def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
-    """Return frames and their reference values: from ``path``, else of CONFIG's contacts, else none."""
+    """Return frames and, unless of a skin, reference values: from ``path``, else of CONFIG's contacts, else none."""
     from tfra.contacts import Truth
     from tfra.recordings.frames import read_references
 
-    if path is not None:
-        frames = frames_at(path, project).frames
-        known = read_references(path, len(frames))
-    elif project.contacts:
-        frames, known = simulated(project), Truth(project.contacts, project.frame).arrays()
-    else:
+    if path is None and not project.contacts:
         return None, {}
+    known: dict[str, Any] = {}
+    frames = simulated(project) if path is None else frames_at(path, project).frames
+    if not project.skin:
+        truth = Truth(project.contacts, project.frame)
+        known = truth.arrays() if path is None else read_references(path, len(frames))
     codes(project, frames, path or project.path)  # stress over full scale is bad input
     return frames, known

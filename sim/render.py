@@ -12,6 +12,7 @@ from tfra.report.html import Section, bars, paragraph
 from tfra.report.html import page as html_page
 from tfra.report.table import Table
 from tfra.sim.report import Report
+from tfra.sim.skin_report import SkinReport
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,7 +21,7 @@ AGAINST = {"model": "model, every bit", "float": "double precision", "contact": 
 """References of frames, and their names in tables."""
 
 
-def render(report: Report, console: Console) -> None:
+def render(report: Report | SkinReport, console: Console) -> None:
     """Print the tables and the failures."""
     for table in _tables(report).values():
         console.print(table.rich())
@@ -30,7 +31,7 @@ def render(report: Report, console: Console) -> None:
     console.print(f"{report.name}: {_verdict(report)}", style=style, highlight=False)
 
 
-def page(report: Report) -> str:
+def page(report: Report | SkinReport) -> str:
     """A self-contained page: the verdict, then the tables."""
     kind = "answer" if report.passed else "answer failed"
     verdict = (
@@ -39,14 +40,17 @@ def page(report: Report) -> str:
     )
     opening = [paragraph(verdict, kind), *(paragraph(line, "answer failed") for line in _complaints(report))]
     sections = [Section(name, table.title, [table.html()]) for name, table in _tables(report).items()]
-    seen = ((name, count) for name, count in report.status.items() if count)
-    rows = [(_reason(name), count / report.frames, f"{count:,} frames") for name, count in seen]
-    sections.insert(1, Section("status", "Frames by status", [bars("Frames by status", rows)]))
+    if isinstance(report, Report):
+        seen = ((name, count) for name, count in report.status.items() if count)
+        rows = [(_reason(name), count / report.frames, f"{count:,} frames") for name, count in seen]
+        sections.insert(1, Section("status", "Frames by status", [bars("Frames by status", rows)]))
     return html_page(f"{report.name}: the core against its model", opening, sections)
 
 
-def _tables(report: Report) -> dict[str, Table]:
+def _tables(report: Report | SkinReport) -> dict[str, Table]:
     """Tables by their ids on the page."""
+    if isinstance(report, SkinReport):
+        return {"summary": report.table()}
     tables = {"summary": _summary(report)}
     if report.accounts:
         tables["frames"] = _accounts(report)
@@ -57,11 +61,11 @@ def _tables(report: Report) -> dict[str, Table]:
     return tables
 
 
-def _verdict(report: Report) -> str:
+def _verdict(report: Report | SkinReport) -> str:
     return "every bit equals the model" if report.passed else "FAILED"
 
 
-def _complaints(report: Report) -> Iterator[str]:
+def _complaints(report: Report | SkinReport) -> Iterator[str]:
     if report.first:
         yield f"first mismatch: {report.first}"
     yield from (f"stream rule broken: {violation}" for violation in report.violations)

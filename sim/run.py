@@ -136,6 +136,8 @@ def simulate(
         stall_out=stall_out,
         probes=netlist.probes if netlist and probes else (),
     )
+    if progress and isinstance(array, Skin):
+        progress = _by_frame(progress, _records(array, codes))
     if netlist:
         outcome = _run_cocotb(netlist, job, chosen, cache, progress, waves)
     else:
@@ -151,7 +153,7 @@ def _job(array: Design | Skin, gateware: Microarchitecture, codes: Ints, expecte
     words, bits = _result_shape(array)
     results, patience = len(codes), _patience(gateware)
     if isinstance(array, Skin):
-        results = int(np.maximum(array.find(codes)[0].found, 1).sum())
+        results = int(_records(array, codes).sum())
         patience += 64 * array.sensor.taxels
     return Job(
         _patterns(codes, array.adc.bits),
@@ -162,6 +164,24 @@ def _job(array: Design | Skin, gateware: Microarchitecture, codes: Ints, expecte
         None if gateware.loaded is None else _patterns(gateware.loaded, gateware.design.coefficient_word),
         patience=patience,
     )
+
+
+def _records(skin: Skin, codes: Ints) -> Ints:
+    """Records of each frame."""
+    return np.maximum(skin.find(codes)[0].found, 1)
+
+
+def _by_frame(progress: Progress, records: Ints) -> Progress:
+    """``progress`` in frames for a simulation that counts their ``records``."""
+    ends, counts = np.cumsum(records), np.zeros(2, dtype=np.int64)
+
+    def finished(more: int) -> None:
+        done = counts[0] + more
+        whole = np.searchsorted(ends, done, side="right")
+        progress(int(whole - counts[1]))
+        counts[:] = done, whole
+
+    return finished
 
 
 def _result_shape(array: Design | Skin) -> tuple[int, int]:

@@ -84,19 +84,29 @@ def run_skin(
 ) -> SkinResult:
     """The same for the ``skin`` of ``project``: its contacts, and the forces of each."""
     from tfra.model.skin.records import decode_records
-    from tfra.model.skin.result import estimate, joined
+    from tfra.model.skin.result import joined
 
     given = _given(engine, project, frames, source, converted)
-    if engine in DOUBLE:
-        windows = estimator(engine, project)
-        return joined(list(_in_chunks(lambda part: estimate(skin, part, windows), given, advance)))
-    check_core(project)
     if engine is Engine.RTL:
         from tfra.sim.run import simulate
 
+        check_core(project)
         return decode_records(skin, simulate(skin, given, progress=advance).words)
+    return joined(list(_in_chunks(skin_estimator(engine, project, skin), given, advance)))
+
+
+def skin_estimator(engine: Engine, project: Project, skin: Skin) -> Callable[[Any], SkinResult]:
+    """The same as :func:`estimator` for the ``skin`` of ``project``."""
+    if engine in DOUBLE:
+        from tfra.model.skin.result import estimate
+
+        windows = estimator(engine, project)
+        return lambda stress: estimate(skin, stress, windows)
+    from tfra.model.skin.records import decode_records
+
+    check_core(project)
     words = _records(engine, skin)
-    return joined(list(_in_chunks(lambda part: decode_records(skin, words(part)), given, advance)))
+    return lambda given: decode_records(skin, words(given))
 
 
 def _given(engine: Engine, project: Project, frames: Floats, source: str | Path, converted: bool) -> Any:
@@ -144,6 +154,10 @@ def _records(engine: Engine, skin: Skin) -> Callable[[Ints], Ints]:
         from tfra.sim.compiled_skin import CompiledSkin
 
         return CompiledSkin(skin).words
+    if engine is Engine.RTL:
+        from tfra.sim.run import simulate
+
+        return lambda given: simulate(skin, given).words
     from tfra.model.skin.records import records
 
     windows = _words(engine, skin.window)

@@ -14,6 +14,9 @@ from tfra.model.skin.result import SkinResult
 from tfra.recordings.frames import Recording
 from tfra.recordings.results import SkinEstimate, check_result, write_result
 from tfra.recordings.skin_facts import skin_facts, skin_lines
+from tfra.result import Page
+from tfra.runtime.errors import require
+from tfra.runtime.outputs import check_file, write_text
 
 SHOWN = 12
 """Contacts of a table in a notebook."""
@@ -66,6 +69,25 @@ class Contacts(SkinResult):
         file, inputs = Path(path), [self.project.path]
         check_result(file, "estimate", inputs)
         write_result(file, self._written(), "estimate", inputs)
+
+    def view(self, path: str | Path | None = None) -> Page:
+        """Make an interactive page: a map with a numbered arrow a contact, a table of contacts, forces over the frames.
+
+        ``path``, the page and errors are those of ``tfra.Result.view``.
+        """
+        require("Contacts.view", "view", "plotly")
+        from tfra.view.skin_page import chosen_frames, render_skin
+        from tfra.view.skinfile import RecordedSkin
+
+        file = None if path is None else Path(path)
+        if file:
+            check_file(file, ".html", "view", [self.project.path])
+        assert self.project.skin
+        shown = RecordedSkin("contacts", self.engine, self.project.skin, self, self.stress, self.recording.time)
+        page = render_skin(shown, chosen_frames(shown, range(len(self.stress))))
+        if file:
+            write_text(file, page, "view")
+        return Page(page, file)
 
     def _written(self) -> SkinEstimate:
         return SkinEstimate(self.recording, self, self.engine, self.project.text())

@@ -1,6 +1,6 @@
 // Decodes the arrays of the page.
 
-const TYPES = { float32: Float32Array, float64: Float64Array, int16: Int16Array, int32: Int32Array, uint8: Uint8Array };
+const TYPES = { float32: Float32Array, float64: Float64Array, int16: Int16Array, uint8: Uint8Array };
 
 function unpack({ type, data }) {
   const text = atob(data);

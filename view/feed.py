@@ -9,15 +9,13 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from threading import Condition
+from typing import Any
 
 import numpy as np
 
 from tfra.model.arrays import Floats
-from tfra.model.fixed.design import Design
-from tfra.model.tfra import Result
 from tfra.recordings.streams import reason
-from tfra.view.pack import MOST_BYTES, Chosen, frame_bytes, packed, result, sweep_bytes
-from tfra.view.resultfile import Recorded
+from tfra.view.pack import MOST_BYTES, packed
 
 SECONDS = 10.0
 """How long frames are kept."""
@@ -55,16 +53,17 @@ class Batch:
 
 
 class Feed:
-    """Frames of ``source`` on their way to pages; ``swept`` as for ``Recorded``.
+    """Frames of ``source`` on their way to pages.
 
-    Locked by ``_changed``, which is notified of changes.
+    ``result`` makes of frames ``(n, rows, columns)`` what a page's script reads, in ``each`` bytes a frame.  Locked by
+    ``_changed``, which is notified of changes.
     """
 
-    def __init__(
-        self, source: str, engine: str, design: Design, estimate: Callable[[Floats], Result], swept: bool = True
-    ) -> None:
-        self.source, self.engine, self.design, self.swept = source, engine, design, swept
-        self._estimate = estimate
+    def __init__(self, source: str, result: Callable[[Floats], dict[str, Any]], each: int) -> None:
+        self.source = source
+        self.most = max(_WAITING, min(MOST, MOST_BYTES // each))
+        """Frames that are kept."""
+        self._result = result
         self._changed = Condition()
         self._waiting: deque[Arrival] = deque(maxlen=_WAITING)
         self._pieces: deque[Batch] = deque()
@@ -74,12 +73,6 @@ class Feed:
         self._reason = ""
         self._first_fault = ""
         self.counts = {"came": 0, "estimated": 0, "drawn": 0, "malformed": 0}
-
-    @property
-    def most(self) -> int:
-        """Frames that are kept."""
-        each = frame_bytes(self.design.sensor.taxels) + self.swept * sweep_bytes(self.design.search.steps)
-        return max(_WAITING, min(MOST, MOST_BYTES // each))
 
     def read(self, frames: Iterable[Floats | str], report: Callable[[str], None]) -> None:
         """Take frames until there are no more; a text says what is wrong with a line: ``report`` gets the first."""
@@ -125,11 +118,10 @@ class Feed:
     def _batch(self, frames: list[Arrival]) -> Batch:
         count = len(frames)
         numbers, when, stress = map(np.array, zip(*frames, strict=True))
-        recorded = Recorded(self.source, self.engine, self.design, self._estimate(stress), stress, None, self.swept)
         content = {
             "numbers": packed(numbers, "float64"),
             "time": packed(when - self._begun, "float64"),
-            "results": [result(recorded, Chosen(range(count), count, 1, False))],
+            "results": [self._result(stress)],
             "came": when[-1],
         }
         text = json.dumps(content, separators=(",", ":"))

@@ -44,10 +44,20 @@ class Chosen:
         """The frames ``wanted``, or every second, third … of them where the results are too large."""
         total, taxels = len(results[0].stress), results[0].design.sensor.taxels
         frame = sum(frame_bytes(taxels, result.found.resultant_alone) for result in results)
+        sweep = sum(sweep_bytes(result.design.search.steps) for result in results if result.swept)
+        return cls.fitting(total, wanted, frame, sweep)
+
+    @classmethod
+    def fitting(cls, total: int, wanted: range, frame: int, sweep: int = 0) -> "Chosen":
+        """The same of ``total`` frames, each of which takes ``frame`` bytes, and its sweep as many more."""
         thinned = _step(len(wanted), frame, MOST_BYTES)
         shown = wanted[::thinned]
-        sweep = sum(sweep_bytes(result.design.search.steps) for result in results if result.swept)
         return cls(shown, total, _step(len(shown), sweep, MOST_SWEEP_BYTES), thinned > 1)
+
+    @classmethod
+    def all(cls, total: int) -> "Chosen":
+        """All of ``total`` frames."""
+        return cls(range(total), total, 1, False)
 
     def __str__(self) -> str:
         """The sentence on the page."""

@@ -1,19 +1,20 @@
 """The page of results: one self-contained file, whose script shows any of its frames."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
 
 from plotly.offline import get_plotlyjs
 
+from tfra.model.arrays import Floats
 from tfra.model.fixed.design import Design
-from tfra.model.tfra import Status
+from tfra.model.tfra import Result, Status
 from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, status_label
 from tfra.report.html import data_script, document, text, wide
 from tfra.runtime.errors import InputError
 from tfra.view.feed import SECONDS, Feed
-from tfra.view.pack import Chosen, references, result, times
+from tfra.view.pack import Chosen, frame_bytes, references, result, sweep_bytes, times
 from tfra.view.resultfile import Recorded, References, describe
 
 MOST = 5
@@ -75,32 +76,42 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
             {"label": label, "values": references(one, chosen)} for one, label in zip(known, true, strict=True)
         ],
     }
-    speeds = "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS)
-    parts = {
+    content = {
         "SUMMARY": "\n".join(_summary(results, named, chosen)),
-        "LAST": str(len(chosen.shown) - 1),
-        "SPEED": f'<label>Speed <select id="speed">{speeds}</select> frames/s</label>',
+        "CONTROLS": controls(len(chosen.shown)),
     }
-    body = _filled(results[0].design, named, true, parts)
-    scripts = _scripts(data, "(() =>", ("arrays.js", "given.js", *_DRAWING, "recorded.js"))
-    return document(TITLE, [body, *scripts], _resource("page.css"))
+    body = _filled(results[0].design, named, true, content)
+    parts = [body, *scripts(data, "(() =>", ("arrays.js", "given.js", *_DRAWING, "recorded.js"))]
+    return document(TITLE, parts, resource("page.css"))
 
 
-def render_live(feed: Feed) -> str:
+def live_feed(
+    source: str, engine: str, design: Design, estimate: Callable[[Floats], Result], swept: bool = True
+) -> Feed:
+    """Frames of ``source`` on their way to a live page; ``swept`` as for ``Recorded``."""
+
+    def packed(stress: Floats) -> dict[str, Any]:
+        recorded = Recorded(source, engine, design, estimate(stress), stress, None, swept)
+        return result(recorded, Chosen.all(len(stress)))
+
+    return Feed(source, packed, frame_bytes(design.sensor.taxels) + swept * sweep_bytes(design.search.steps))
+
+
+def render_live(feed: Feed, engine: str, design: Design) -> str:
     """The live page of ``feed``, which requests frames from its server."""
-    label = f"{feed.source} ({feed.engine})"
+    label = f"{feed.source} ({engine})"
     data = {
-        **_described(feed.design),
+        **_described(design),
         "sweeps": 1,
         "seconds": SECONDS,
         "most": feed.most,
-        "results": [_searched(feed.design, label)],
+        "results": [_searched(design, label)],
         "references": [],
     }
-    summary = _resource("live.html").replace("<!--SENSOR-->", escape(describe(feed.design.sensor)))
-    body = _filled(feed.design, [label], [], {"SUMMARY": summary, "LAST": "0", "SPEED": ""})
-    scripts = _scripts(data, "(async () =>", ("arrays.js", "feed.js", *_DRAWING, "live.js"))
-    return document(LIVE_TITLE, [body, *scripts], _resource("page.css") + _resource("live.css"))
+    summary = resource("live.html").replace("<!--SENSOR-->", escape(describe(design.sensor)))
+    body = _filled(design, [label], [], {"SUMMARY": summary, "CONTROLS": controls()})
+    parts = [body, *scripts(data, "(async () =>", ("arrays.js", "feed.js", *_DRAWING, "live.js"))]
+    return document(LIVE_TITLE, parts, resource("page.css") + resource("live.css"))
 
 
 def require_few(results: Sequence[Recorded], known: Sequence[References]) -> None:
@@ -110,8 +121,21 @@ def require_few(results: Sequence[Recorded], known: Sequence[References]) -> Non
         raise InputError("tfra view", "RESULT.npz", f"at most {MOST} results and 1 file of references, got {given}")
 
 
-def _resource(name: str) -> str:
+def resource(name: str) -> str:
+    """The text of a file of this folder."""
     return files("tfra.view").joinpath(name).read_text(encoding="utf-8")
+
+
+def controls(count: int = 0) -> str:
+    """Slider and buttons of a recording of ``count`` frames, which plays; 0: of live frames."""
+    speeds = "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS)
+    choice = f'<label>Speed <select id="speed">{speeds}</select> frames/s</label>'
+    return filled("controls.html", {"LAST": str(max(0, count - 1)), "SPEED": choice if count else ""})
+
+
+def legend() -> str:
+    """The bar of a map's colours."""
+    return filled("legend.html", {"TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS)})
 
 
 def _described(design: Design) -> dict[str, Any]:
@@ -147,6 +171,7 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
             f'<canvas id="map-{n}" role="img"></canvas></figure>'
             for n, label in enumerate(named)
         ),
+        "LEGEND": legend(),
         "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
         "NUMBERS-CLASS": "numbers many" if len(labels) > BESIDE else "numbers",
         "NUMBERS": _numbers(labels, _ROWS, "This frame"),
@@ -154,19 +179,23 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
         "ROWS": str(sensor.rows - 1),
         "COLUMNS": str(sensor.columns - 1),
         "DETAILS": "".join(f'<option value="{n}">{escape(label)}</option>' for n, label in enumerate(named)),
-        "TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS),
     }
-    body = _resource("body.html")
-    for name, content in parts.items():
-        body = body.replace(f"<!--{name}-->", content).replace(f'"{name}"', f'"{content}"')
+    return filled("body.html", parts)
+
+
+def filled(name: str, parts: dict[str, str]) -> str:
+    """The text of a file of this folder with its ``parts`` in place of their names."""
+    body = resource(name)
+    for place, content in parts.items():
+        body = body.replace(f"<!--{place}-->", content).replace(f'"{place}"', f'"{content}"')
     return body
 
 
-def _scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterator[str]:
+def scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterator[str]:
     """The data and the scripts, in a function that begins with ``opened``."""
     yield data_script("data", data)
     yield f"<script>{get_plotlyjs()}</script>"
-    yield f'<script>\n{opened} {{\n"use strict";\n' + "\n".join(map(_resource, names)) + "})();\n</script>"
+    yield f'<script>\n{opened} {{\n"use strict";\n' + "\n".join(map(resource, names)) + "})();\n</script>"
 
 
 def _labels(results: Sequence[Recorded], known: Sequence[References]) -> list[str]:

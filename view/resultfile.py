@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tfra.codegen.config.read import load_tfra
+from tfra.codegen.config.read import Project, load_tfra
 from tfra.model.arrays import Floats
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
@@ -104,27 +104,44 @@ def describe(sensor: SensorArray) -> str:
 
 def _result(path: Path) -> Recorded:
     with archive(path) as found:
-        for key in CONTEXT:
-            if key not in found.keys:
-                raise InputError(path, key, OLD)
-        engine, config = (found.text(key) for key in ("engine", "config"))
-        design = _design(path, config)
-        frame = design.sensor.rows, design.sensor.columns
-        stress = _numbers(found, "stress", (None, *frame))
-        count = len(stress)
-        if not count:
-            raise InputError(path, "stress", "at least one frame is needed, got none")
-        values: dict[str, Any] = {key: _numbers(found, key, (count, *shape)) for key, shape in VALUES.items()}
-        values |= {key: _numbers(found, key, (count,)) for key in OPTIONAL if key in found.keys}
-        learned = "uncertainty" in values
-        values |= {"threshold": _threshold(found)} if learned else {}
-        forces = _numbers(found, "forces", (count, 3, *frame), may_lack=learned)  # a core may give the resultant alone
-        time = _numbers(found, "time", (count,)) if "time" in found.keys else None
+        engine, project = source(found)
+        design = project.design
+        stress, time = frames_of(found, design.sensor)
+        result = windows(found, len(stress), design, _BITS)
+    return Recorded(path.name, engine, design, result, stress, time, result.uncertainty is None)
+
+
+def source(found: Archive) -> tuple[str, Project]:
+    """The engine of a result, and the project that its CONFIG describes, without weights."""
+    for key in CONTEXT:
+        if key not in found.keys:
+            raise InputError(found.file, key, OLD)
+    engine, config = (found.text(key) for key in ("engine", "config"))
+    return engine, _project(found.file, config)
+
+
+def frames_of(found: Archive, sensor: SensorArray) -> tuple[Floats, Floats | None]:
+    """The stress of a result's frames, at least one, and their times where they are known."""
+    stress = numbers(found, "stress", (None, sensor.rows, sensor.columns))
+    if not len(stress):
+        raise InputError(found.file, "stress", "at least one frame is needed, got none")
+    return stress, numbers(found, "time", (len(stress),)) if "time" in found.keys else None
+
+
+def windows(found: Archive, count: int, design: Design, bits: int) -> Result:
+    """The result of ``count`` frames that ``design`` saw; a status has some of ``bits``."""
+    frame = design.sensor.rows, design.sensor.columns
+    values: dict[str, Any] = {key: numbers(found, key, (count, *shape)) for key, shape in VALUES.items()}
+    values |= {key: numbers(found, key, (count,)) for key in OPTIONAL if key in found.keys}
+    learned = "uncertainty" in values
+    values |= {"threshold": _threshold(found)} if learned else {}
+    forces = numbers(found, "forces", (count, 3, *frame), may_lack=learned)  # a core may give the resultant alone
     values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
-    _require_known(path, values["status"] & ~_BITS != 0, "status", "is no status")
+    path = found.file
+    _require_known(path, values["status"] & ~bits != 0, "status", "is no status")
     outside = (values["sweep_index"] < -1) | (values["sweep_index"] > design.search.steps)
     _require_known(path, outside, "sweep_index", f"is no candidate of {design.search.steps + 1}")
-    return Recorded(path.name, engine, design, Result(forces, **values), stress, time, not learned)
+    return Result(forces, **values)
 
 
 def _require_known(path: Path, wrong: npt.NDArray[np.bool_], key: str, reason: str) -> None:
@@ -134,7 +151,7 @@ def _require_known(path: Path, wrong: npt.NDArray[np.bool_], key: str, reason: s
 
 def _references(path: Path, first: Recorded) -> References:
     with archive(path) as found:
-        frames = _numbers(found, FRAMES, (None, *first.stress.shape[1:]))
+        frames = numbers(found, FRAMES, (None, *first.stress.shape[1:]))
     _require_as_many(path, len(frames), first)
     return References(path.name, read_references(path, len(frames)))
 
@@ -149,7 +166,7 @@ def _threshold(found: Archive) -> float:
     return threshold
 
 
-def _numbers(found: Archive, key: str, needed: NeededShape, may_lack: bool = False) -> Floats:
+def numbers(found: Archive, key: str, needed: NeededShape, may_lack: bool = False) -> Floats:
     """The finite numbers of ``key``, whose shape is ``needed``; if they ``may_lack``, all are NaN.
 
     Raises ``InputError`` for others.
@@ -163,12 +180,12 @@ def _numbers(found: Archive, key: str, needed: NeededShape, may_lack: bool = Fal
     return numbers
 
 
-def _design(path: Path, config: str) -> Design:
-    """The design that a CONFIG describes, without its weights; complaints name the result that it stands in."""
+def _project(path: Path, config: str) -> Project:
+    """What a CONFIG describes, without weights; complaints name the result that it stands in."""
     with scratch(temporary()) as folder:
         file = folder / "sensor.toml"
         file.write_text(config, encoding="utf-8")
         try:
-            return load_tfra(file).design
+            return load_tfra(file)
         except InputError as error:
             raise InputError(path, "config", str(error).removeprefix(f"{file}: ")) from None

@@ -6,7 +6,7 @@ import numpy as np
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
-from tfra.model.converter import quantise
+from tfra.model.converter import Measured, quantise
 from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.cover.layer import frames
 from tfra.model.sensor import SensorArray
@@ -124,12 +124,12 @@ def known_contacts(design: Choices, count: int, seed: Seed) -> KnownContacts:
     )
 
 
-def wild_codes(design: Choices, count: int, seed: Seed) -> Ints:
+def wild_codes(array: Measured, count: int, seed: Seed) -> Ints:
     """Noise ``(count, rows, columns)`` of every amplitude and density: legal input without contact."""
     rng = np.random.default_rng(seed)
-    top = 1 << (design.adc.bits - 1)
-    shape, each = (count, design.sensor.rows, design.sensor.columns), (count, 1, 1)
-    amplitude = 2.0 ** rng.uniform(0, design.adc.bits - 1, size=each)
+    top = 1 << (array.adc.bits - 1)
+    shape, each = (count, array.sensor.rows, array.sensor.columns), (count, 1, 1)
+    amplitude = 2.0 ** rng.uniform(0, array.adc.bits - 1, size=each)
     noise = rng.normal(size=shape) * amplitude * (rng.random(shape) < rng.uniform(0.05, 1, size=each))
     return np.clip(np.rint(noise), -top, top - 1).astype(np.int64)
 

@@ -15,6 +15,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Tfra
 from tfra.view.feed import Feed
+from tfra.view.page import live_feed
 
 DESIGN = TfraDesign(SensorArray(4, 6, 4e-3, 3e-3, 3e-3))
 
@@ -23,7 +24,7 @@ FRAMES = np.random.default_rng(5).normal(-1e4, 1e4, (200, 4, 6))
 
 def feed(*frames: Any, estimate: Any = None) -> tuple[Feed, list[str]]:
     """A feed that has read ``frames`` before it estimates the first, and what was told."""
-    made, told = Feed("here", "float", DESIGN, estimate or Tfra.of(DESIGN)), []
+    made, told = live_feed("here", "float", DESIGN, estimate or Tfra.of(DESIGN)), []
     for each in frames:
         made.read(each, told.append)
     threading.Thread(target=made.run, daemon=True).start()

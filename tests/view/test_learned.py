@@ -18,9 +18,8 @@ from tests.view.test_page import WIDER, cells, choose, go, numbers, picture_of, 
 from tfra.model.arrays import Floats
 from tfra.model.choices import Search
 from tfra.model.tfra import Result, Status, Tfra
-from tfra.view.feed import Feed
 from tfra.view.pack import MOST_SWEEP_BYTES, Chosen, result
-from tfra.view.page import render
+from tfra.view.page import live_feed, render
 from tfra.view.resultfile import read_all
 
 ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "nowhere.npz"\n'
@@ -198,7 +197,7 @@ def test_live_of_the_resultant_alone(tab: Browser, folder: Path, tmp_path: Path)
     (alone,), _ = read_all([folder / "alone.npz"])
     came = iter(range(24))
     fine = replace(of.design, search=Search(4096))
-    most = {swept: Feed("here", "float", fine, Tfra.of(fine), swept).most for swept in (False, True)}
+    most = {swept: live_feed("here", "float", fine, Tfra.of(fine), swept).most for swept in (False, True)}
     assert most[False] > most[True]
 
     def estimate(stress: Floats) -> Result:

@@ -19,7 +19,7 @@ from tests.view.test_page import WIDER, at, cells, fill, numbers
 from tfra.model.arrays import Floats
 from tfra.model.tfra import Tfra
 from tfra.view.feed import Feed
-from tfra.view.page import render_live
+from tfra.view.page import live_feed, render_live
 from tfra.view.server import serving
 
 
@@ -64,10 +64,10 @@ def sending(design: Any, estimate: Any = None, swept: bool = True) -> Iterator[S
                 raise frame
             yield frame
 
-    feed = Feed("<b>here</b>", "float", design, estimate or Tfra.of(design), swept)
+    feed = live_feed("<b>here</b>", "float", design, estimate or Tfra.of(design), swept)
     for work in (feed.run, lambda: feed.read(frames(), lambda fault: None)):
         threading.Thread(target=work, daemon=True).start()
-    with serving(render_live(feed), feed, 0) as address:
+    with serving(render_live(feed, "float", design), feed, 0) as address:
         yield Sent(feed, address, waiting)
 
 
