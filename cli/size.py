@@ -56,13 +56,12 @@ def size(
 
     part = find_target(target)
     project = load(config)
-    project.require_array("tfra size")
     if page:
         check_file(page, ".html", "size", [config])
     check_core(replace(project, design=project.design.built_as(Architecture(4, 1))))
     bounds = Bounds(clock_mhz or part.clock_mhz, frames_per_second, latency_us)
     with progress("sizing the core"):
-        found = choose(project.design, part, bounds)
+        found = choose(project.array, part, bounds)
     try:
         if page:
             write_text(page, drawn(found), "size")

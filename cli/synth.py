@@ -47,11 +47,12 @@ def synth(
 
     part = find_target(target)
     project = load(config)
-    project.require_array("tfra synth")
+    if package:
+        project.require_array("tfra synth --package")
     check_core(project)
     try:
         with progress("estimating") as advance:
-            work = Run(project.design, part, seeds, clock_mhz or part.clock_mhz, advance, package)
+            work = Run(project.array, part, seeds, clock_mhz or part.clock_mhz, advance, package)
             work.write(out, [config])
     except Stopped:
         _show(work, json)

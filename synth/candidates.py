@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 from tfra.families import Target
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +28,10 @@ class Speed:
     frame_latency: int
 
     @classmethod
-    def of(cls, core: Microarchitecture) -> "Speed":
-        """As ``core`` states it, without being built."""
-        return cls(core.initiation_interval, core.frame_latency)
+    def of(cls, core: Microarchitecture, array: Design | Skin | None = None) -> "Speed":
+        """As ``core`` states it, without being built; behind a skin, that of a frame of its contacts."""
+        timed = SkinTiming.of(array, core) if isinstance(array, Skin) else None
+        return cls(timed.interval, timed.frame_latency) if timed else cls(core.initiation_interval, core.frame_latency)
 
     def frames_per_second(self, clock_mhz: float) -> float:
         """Frames per second at ``clock_mhz``."""

@@ -14,6 +14,7 @@ from tfra.codegen.verilog.emit import Top
 from tfra.codegen.verilog.wrapper import wrapper
 from tfra.families.hierarchy import block_of
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 from tfra.synth.operators import OperatorCount
 
 
@@ -49,15 +50,16 @@ class CellCount:
         return self
 
 
-def cell_counts(design: Design, *, package: bool = False) -> dict[str, CellCount]:
+def cell_counts(array: Design | Skin, *, package: bool = False) -> dict[str, CellCount]:
     """Counts by block of ``hdl/parallel/tfra/core.py``; ``"top"`` is everything outside of blocks.
 
-    With ``package``, also of the ``"wrapper"`` around the core.
+    A skin's blocks are those of ``hdl/skin/``, too.  With ``package``, also of the ``"wrapper"`` around the core.
     """
-    blocks = count(Fragment.get(Top(design), None))
+    blocks = count(Fragment.get(Top(array), None))
     if package:
+        assert not isinstance(array, Skin)
         blocks["wrapper"] = CellCount()
-        for part in count(Fragment.get(wrapper(design), None)).values():
+        for part in count(Fragment.get(wrapper(array), None)).values():
             blocks["wrapper"] += part
     return blocks
 

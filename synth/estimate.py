@@ -20,6 +20,7 @@ from tfra.families import DEFAULT, FAMILIES, Family, Target, targets_of
 from tfra.families.family import HardMultiplier
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.cell_count import CellCount, Memory, cell_counts
 
 KINDS = ("add", "shift", "logic", "reduce", "mux")
@@ -172,14 +173,15 @@ class Estimate:
         return {name: round(sum(row[name] for row in rows)) for name in rows[0]}
 
 
-def estimate(design: Design, family: Family, *, package: bool = False) -> Estimate:
-    """Resources of ``design`` on ``family``, with ``package`` behind its buses.
+def estimate(array: Design | Skin, family: Family, *, package: bool = False) -> Estimate:
+    """Resources of a design or a skin on ``family``, with ``package`` behind its buses.
 
     Elaborates the core, which takes half a second.
     """
-    kind, blocks, counted = design.architecture.kind, {}, cell_counts(design, package=package)
+    kind, blocks, counted = core_of(array).architecture.kind, {}, cell_counts(array, package=package)
+    around = counted.keys() - cell_counts(array.window).keys() if isinstance(array, Skin) else {"wrapper"}
     for name, counts in counted.items():
-        like = "parallel" if name == "wrapper" else kind  # the wrapper is no program
+        like = "parallel" if name in around else kind  # what is around a core is no program
         priced = price(features(counts, family, like), prices(like))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     lanes = counted.get("matvec", CellCount())

@@ -66,7 +66,9 @@ def _tables(report: Mapping[str, Any]) -> dict[str, Table]:
     largest_first = sorted(report["estimated_blocks"].items(), key=lambda item: -item[1][names[0]])
     blocks = [[block, *(used[name] for name in names)] for block, used in largest_first]
     stated = {name: title for name, title in _TIMES.items() if f"{name}_cycles" in times}
-    timing = [[title, times[f"{name}_cycles"], _exact(times.get(f"{name}_us"))] for name, title in stated.items()]
+    timing = [["contacts of a frame", times["contacts"], ""]] if "contacts" in times else []
+    timing += [["taxels of each", times["taxels_of_a_contact"], ""]] if timing else []
+    timing += [[title, times[f"{name}_cycles"], _exact(times.get(f"{name}_us"))] for name, title in stated.items()]
     timing += [
         ["frames per second", "", _exact(times.get("frames_per_second"))],
         ["multiplications per frame", times["multiplications_per_frame"], ""],

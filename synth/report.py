@@ -11,15 +11,17 @@ from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.ip.wrapper import cut_through, interval, latencies
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.estimate import Estimate
 from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.tools import versions
 
 
-def top_name(design: Design, *, package: bool) -> str:
+def top_name(array: Design | Skin, *, package: bool) -> str:
     """Name of the module that is synthesised."""
-    return module_name(design) if package else design.name
+    return module_name(core_of(array)) if package else array.name
 
 
 def median_route(routes: Sequence[Route]) -> Route:
@@ -29,7 +31,7 @@ def median_route(routes: Sequence[Route]) -> Route:
 
 
 def report(
-    design: Design,
+    array: Design | Skin,
     target: Target,
     synthesis: Synthesis,
     routes: Sequence[Route],
@@ -45,17 +47,17 @@ def report(
     ``netlist``: fingerprint of the Verilog; ``asked_mhz``: of place and route.
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """
-    core = microarchitecture(design)
+    core = microarchitecture(core_of(array))
     used = {**synthesis.resources, **(median_route(routes).resources if routes else {})}
     return {
         "generator": f"tfra {version('tfra')}",
-        "name": top_name(design, package=package),
+        "name": top_name(array, package=package),
         "package": package,
         "netlist": netlist,
         "complete": len(routes) == seeds,
         "seeds_wanted": seeds,
         "target": target.name,
-        "architecture": asdict(design.architecture),
+        "architecture": asdict(core.design.architecture),
         "mac_lanes": core.lanes,
         "resources": resource_facts(target, used, estimated.total),
         "estimated_blocks": {
@@ -65,10 +67,21 @@ def report(
         "cells": dict(sorted(synthesis.cells.items())),
         "clock": clock_facts(routes) | {"asked_mhz": asked_mhz} if routes else None,
         "note": target.family.timing or None,
-        "timing": timing(core, median_route(routes).mhz if routes else None, package=package),
+        "timing": _timing(array, core, median_route(routes).mhz if routes else None, package=package),
         "tools": versions(target.family),
         "options": options(target.family),
     }
+
+
+def _timing(array: Design | Skin, core: Microarchitecture, mhz: float | None, *, package: bool) -> dict[str, Any]:
+    """Of a core, or of a frame of a skin with as many contacts as there may be."""
+    if not isinstance(array, Skin):
+        return timing(core, mhz, package=package)
+    frame = SkinTiming.of(array, core)
+    stated = {"contacts": array.choices.most, "taxels_of_a_contact": frame.taxels}
+    products = array.choices.most * core.design.multiplications
+    cycles = {"frame_latency": frame.frame_latency, "interval": frame.interval}
+    return stated | _times(cycles, mhz, products, core.lanes)
 
 
 def resource_facts(
@@ -109,10 +122,14 @@ def timing(core: Microarchitecture, mhz: float | None, *, package: bool = False)
     cycles = {"latency": first, "frame_latency": last, "interval": between}
     if package:
         cycles["cut_through"], _ = cut_through(core)
+    return _times(cycles, mhz, core.design.multiplications, core.lanes)
+
+
+def _times(cycles: Mapping[str, int], mhz: float | None, products: int, lanes: int) -> dict[str, Any]:
+    """``cycles`` by name, their times at ``mhz``, and what the lanes do in an interval."""
     found: dict[str, Any] = {f"{name}_cycles": number for name, number in cycles.items()}
     if mhz:
         found |= {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()}
-        found["frames_per_second"] = round(1e6 * mhz / between, 1)
-    products = core.design.multiplications
+        found["frames_per_second"] = round(1e6 * mhz / cycles["interval"], 1)
     found["multiplications_per_frame"] = products
-    return found | {"mac_utilisation": round(products / (core.lanes * between), 4)}
+    return found | {"mac_utilisation": round(products / (lanes * cycles["interval"]), 4)}

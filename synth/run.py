@@ -10,6 +10,7 @@ from tfra import families, synth
 from tfra.codegen.verilog.files import fingerprint, modules
 from tfra.families import Target
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.digest import digest, sources
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import cached_step
@@ -29,12 +30,12 @@ YOSYS_S, SEED_S, BITSTREAM_S = 2e-3, 15e-3, 5e-5
 
 @dataclass
 class Run:
-    """One core on one part, behind its buses with ``package``, with the tools' results so far.
+    """One core, or skin, on one part, behind its buses with ``package``, with the tools' results so far.
 
     ``advance`` is called with the seconds expected of what has ended and of all steps, and with the step's name.
     """
 
-    design: Design
+    array: Design | Skin
     target: Target
     seeds: int
     clock_mhz: float
@@ -55,8 +56,8 @@ class Run:
         missing tool or a directory that can't be written, ``ValueError`` for a design that does not fit or is made of
         another family's cells, :class:`ToolError`.
         """
-        if self.design.target not in ("portable", self.target.family.name):
-            raise ValueError(f"target.name: {self.target.name} has no cells of {self.design.target}")
+        if (made_of := core_of(self.array).target) not in ("portable", self.target.family.name):
+            raise ValueError(f"target.name: {self.target.name} has no cells of {made_of}")
         require(programs(self.target.family))
         with output_directory(directory, "synth", inputs) as fresh:
             self._implement(fresh)
@@ -71,7 +72,7 @@ class Run:
         if self.synthesis is None or self.estimated is None:
             raise ValueError("yosys has not finished")
         return report(
-            self.design,
+            self.array,
             self.target,
             self.synthesis,
             self.routes,
@@ -89,9 +90,9 @@ class Run:
 
     def _implement(self, fresh: Path) -> None:
         """Run the tools in the directory ``fresh``."""
-        self.estimated = estimate(self.design, self.target.family, package=self.package)
+        self.estimated = estimate(self.array, self.target.family, package=self.package)
         total = self.estimated.total
-        if lacks := misfits(total, self.target, self.design.architecture.kind):
+        if lacks := misfits(total, self.target, core_of(self.array).architecture.kind):
             raise ValueError(lacks[0])
         yosys, seed_s, bitstream = (round(FIXED_S + each * total["LUT"]) for each in (YOSYS_S, SEED_S, BITSTREAM_S))
         self.expected = yosys + (self.wanted * seed_s + bitstream if self.wanted else 0)
@@ -100,14 +101,14 @@ class Run:
             self.routes.append(self._route(fresh, key, seed, seed_s))
         if self.routes:
             self.advance(0, self.expected, "bitstream")
-            pack(self.target, fresh, median_route(self.routes).seed, self.design.name)
+            pack(self.target, fresh, median_route(self.routes).seed, self.array.name)
         for leftover in [fresh / NETLIST, *fresh.glob("*.layout")]:
             leftover.unlink()
 
     def _synthesise(self, fresh: Path, seconds: int) -> str:
         """Run yosys; returns the key of its netlist."""
         family, pins = self.target.family, bool(self.wanted)
-        texts = modules(self.design, package=self.package, pins=pins)
+        texts = modules(self.array, package=self.package, pins=pins)
         self.netlist = fingerprint(text for name, text in texts.items() if not name.endswith("_pins.v"))
         programs = map(repr, (versions(family), options(family)))
         key = digest(*texts.values(), repr(self.target), *programs, *sources(families, synth))
@@ -131,7 +132,7 @@ class Run:
     ) -> dict[str, Any]:
         """The result of ``step``, new or from the cache; then it counts for nothing in the progress."""
         self.advance(0, self.expected, title)
-        result, cached = cached_step(f"{name}-{self.design.name}", key, fresh, step)
+        result, cached = cached_step(f"{name}-{self.array.name}", key, fresh, step)
         self.expected -= seconds * cached
         self.advance(seconds * (not cached), self.expected, title)
         return result

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from heapq import heappop, heappush
 
 from tfra.families import Family, Target
@@ -9,12 +10,15 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.choices import SERIAL, VECTOR_WORDS, Architecture, Images
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.estimate import estimate, misfits
 
 
-def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
+def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
     """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``; ignores CONFIG's architecture.
+
+    That of a skin's window is chosen by the speed and the size of the whole skin.
 
     The serial core and each ``vector_words`` form a line of cores.  In a line, more lanes take more multipliers and
     lookup tables, except for those with coefficients: memories become shallower with more lanes, and may move into or
@@ -24,9 +28,10 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
 
     Raises ``ValueError`` for words that can overflow in every core.
     """
+    design = core_of(array)
     made_of = cells(design, target.family)
     first = [design.built_as(Architecture(4, words), target=made_of) for words in VECTOR_WORDS]
-    parallel = [_line(microarchitecture(one), target, bounds) for one in first]
+    parallel = [_line(microarchitecture(one), array, target, bounds) for one in first]
     seen: list[Candidate] = []
     waiting: list[tuple[int, int, Candidate, Iterator[Candidate]]] = []
     best = sys.maxsize
@@ -38,7 +43,7 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
                 heappush(waiting, (candidate.least, len(seen), candidate, line))
                 return
 
-    for line in (_serial(design, target, bounds), *parallel):
+    for line in (_serial(array, target, bounds), *parallel):
         go_on(line)
     while waiting and waiting[0][0] < best:
         _, _, candidate, line = heappop(waiting)
@@ -57,15 +62,16 @@ def _hopeless(candidate: Candidate, target: Target) -> bool:
     return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
 
 
-def _serial(design: Design, target: Target, bounds: Bounds) -> Iterator[Candidate]:
+def _serial(array: Design | Skin, target: Target, bounds: Bounds) -> Iterator[Candidate]:
     """The serial core, whose memories are always loaded, or the reason why it can't be built."""
+    design = core_of(array)
     images: Images = "inline" if design.images == "load" else design.images
     try:
         core = microarchitecture(design.built_as(SERIAL, images=images, target=cells(design, target.family)))
         core.check()
     except ValueError as error:
         return iter([Candidate(SERIAL, None, None, None, (str(error),))])
-    return _line(core, target, bounds)
+    return _line(core, array, target, bounds)
 
 
 def cells(design: Design, family: Family) -> str:
@@ -78,14 +84,14 @@ def cells(design: Design, family: Family) -> str:
     return design.target if design.target == family.name else "portable"
 
 
-def _line(first: Microarchitecture, target: Target, bounds: Bounds) -> Iterator[Candidate]:
+def _line(first: Microarchitecture, array: Design | Skin, target: Target, bounds: Bounds) -> Iterator[Candidate]:
     """Cores with increasing lanes; only fast enough ones are elaborated."""
     for core in first.choices():
-        design, speed = core.design, Speed.of(core)
+        design, speed = core.design, Speed.of(core, array)
         if missed := speed.misses(bounds):
             yield Candidate(design.architecture, design, speed, None, missed)
         else:
-            found = estimate(design, target.family)
+            found = estimate(replace(array, window=design) if isinstance(array, Skin) else design, target.family)
             resources = found.total
             lacks = tuple(misfits(resources, target, design.architecture.kind))
             yield Candidate(design.architecture, design, speed, resources, lacks, resources["LUT"] - found.constants)

@@ -132,19 +132,18 @@ def test_a_skin_at_rest_has_no_contacts(stress: np.ndarray, capsys: pytest.Captu
         assert "4 of 4 frames have no contact" in err
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("size", "--target", "ecp5-45", "--frames-per-second", "100", "--latency-us", "1000"),
-        ("live", "frames.npz"),
-    ],
-)
-def test_commands_that_take_no_skin_say_so(
-    stress: np.ndarray, arguments: tuple[str, ...], capfd: pytest.CaptureFixture[str]
-) -> None:
-    command, *options = arguments
-    line = f"skin.toml: window: tfra {command} takes no skins"
-    assert refusal(capfd, command, "skin.toml", *options) == line
+def test_gates_of_a_skin_are_refused(stress: np.ndarray, capfd: pytest.CaptureFixture[str]) -> None:
+    line = "skin.toml: window: tfra verify --netlist takes no skins"
+    assert refusal(capfd, "verify", "skin.toml", "--netlist", "ecp5") == line
+
+
+@pytest.mark.long
+def test_its_core_is_verified(stress: np.ndarray, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("skin.toml").write_text(SKIN.replace("rows = 6", "rows = 2").replace("columns = 6", "columns = 3"))
+    assert main(["verify", "skin.toml", "--simulator", "icarus", "--random", "3", "--page", "page.html", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["passed"], found["kinds"]["given"], found["kinds"]["random"]) == (True, 3, 3)
+    assert "Every bit equals the model" in Path("page.html").read_text()
 
 
 def test_its_c_is_generated(stress: np.ndarray) -> None:

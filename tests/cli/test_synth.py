@@ -111,6 +111,21 @@ def test_synth(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: py
     assert {name.partition("-")[0] for name in entries} == {"yosys", "route"}  # which the cache's limit holds for
 
 
+@pytest.mark.long
+def test_a_skin(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The core of its window and what is around it; a package is refused."""
+    sensor = CONFIG.replace("rows = 2", "rows = 5").replace("columns = 2", "columns = 6")
+    Path("skin.toml").write_text(f"{sensor}\n[window]\nrows = 2\ncolumns = 2\n[contacts]\nmost = 3\n")
+    assert main([*SYNTH, "--json"]) == 0
+    found = json.loads(capfd.readouterr().out)
+    assert found["timing"]["contacts"] == 3
+    assert "finding" in found["estimated_blocks"]
+    assert main([*SIZE, "--frames-per-second", "1e4", "--latency-us", "1e4", "--json"]) == 0
+    chosen = json.loads(capfd.readouterr().out)
+    assert chosen["frames_per_second"] == pytest.approx(1e6 * CLOCK / chosen["interval"])
+    assert refusal(capfd, *SYNTH, "--package") == "skin.toml: window: tfra synth --package takes no skins"
+
+
 @pytest.mark.parametrize("stop", [ToolError("out of luck"), Stopped(signal.SIGTERM)])
 def test_what_is_done_is_shown_and_kept(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, stop: BaseException

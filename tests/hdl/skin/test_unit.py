@@ -1,6 +1,7 @@
 """The unit gives every word of the model's records, whatever the frames are and however they come."""
 
 import random
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from tests.hdl.skin.stub import Stub, stub_words
 from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.hdl.skin.unit import SkinUnit
 from tfra.model.choices import Architecture
 from tfra.model.skin.records import header_bits, records
@@ -95,6 +97,8 @@ def test_cycles_of_a_frame(shape, most, counts, budget):
     assert taken[1, -1] - taken[0, 0] == 2 * taxels - 1  # as many frames as there are pages come without a pause
     assert ends[0] - taken[0, 0] < budget
     assert np.diff(ends).max() < budget
+    stated = replace(SkinTiming.of(skin), taxels=int(found.taxels.max()))
+    assert np.diff(ends).max() <= max(taxels, stated.finding) <= stated.interval
 
 
 @pytest.mark.usefixtures("stubbed")
