@@ -22,7 +22,10 @@ Frames = Annotated[
 ]
 Out = Annotated[
     Path,
-    typer.Option(metavar="RESULT.npz", help="Output file; RESULT.csv and RESULT.parquet are folders of two tables."),
+    typer.Option(
+        metavar="RESULT.npz",
+        help="Output file; RESULT.csv and RESULT.parquet are folders of tables, RESULT.mcap, of a skin, of messages.",
+    ),
 ]
 EngineOption = Annotated[
     Engine,
@@ -57,7 +60,7 @@ def estimate(
     recording = frames_at(frames, project)
     stresses, tare = recording.frames, project.input.tare
     inputs = [config, frames, *([tare] if tare else [])]
-    check_result(out, "estimate", inputs)
+    check_result(out, "estimate", inputs, skin=project.skin is not None)
     report: ArrayReport | SkinReport
     with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
         if project.skin:

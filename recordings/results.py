@@ -3,11 +3,12 @@
     RESULT.npz                                      arrays
     RESULT.csv/frames.csv, forces.csv               a row for each frame; one for each taxel of each frame
     RESULT.parquet/frames.parquet, forces.parquet   the same
+    RESULT.mcap/contacts.mcap                       a message for each frame, of a skin
 
 The forces of a skin are those of the taxels in the windows of contacts, and contacts.csv has a row for each contact.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.skin.finding import Mark
 from tfra.model.skin.result import SkinResult
-from tfra.model.tfra import Result
+from tfra.model.tfra import Result, Status
 from tfra.recordings.formats import Columns, table_formats
 from tfra.recordings.frames import Recording
+from tfra.recordings.messages import write_messages
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.outputs import check_directory, check_file, output_directory, write_npz
 
@@ -27,6 +30,9 @@ KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "
 
 OPTIONAL = ("uncertainty", "residual")
 """Such keys that only some estimators have."""
+
+MESSAGES = ".mcap"
+"""The end of the name of a folder with messages."""
 
 _FORCES = ("fx_n", "fy_n", "fz_n")
 """Columns of a force, in N."""
@@ -89,6 +95,36 @@ class SkinEstimate:
             "forces": {key: values[there] for key, values in {**places, **_forces(found.windows)}.items()},
         }
 
+    def messages(self) -> Iterator[dict[str, Any]]:
+        """A message for each frame, as ``tfra.recordings.messages.SCHEMA`` describes it."""
+        found, seen = self.result, self.result.windows
+        unsure = np.full(len(found.frame), np.nan) if seen.uncertainty is None else seen.uncertainty
+        names = [(int(flag), str(flag.name)) for flag in (*Mark, *Status)]
+        numbers = [found.tracks(), 1e3 * found.x, 1e3 * found.y, found.taxels, seen.resultant, seen.mu, seen.phi_deg]
+        rows = zip(*(values.tolist() for values in (*numbers, unsure, seen.status)), strict=True)
+        contacts = [
+            {
+                "track": track,
+                "x_mm": x,
+                "y_mm": y,
+                "taxels": taxels,
+                "force_n": {axis: _known(part) for axis, part in zip("xyz", force, strict=True)},
+                "mu": _known(mu),
+                "phi_deg": _known(phi),
+                "uncertainty_n": _known(doubt),
+                "status": [name for bit, name in names if status & bit],
+            }
+            for track, x, y, taxels, force, mu, phi, doubt, status in rows
+        ]
+        ends, counts = np.cumsum(found.found).tolist(), (found.found.tolist(), found.dropped.tolist())
+        for frame, (end, count, dropped) in enumerate(zip(ends, *counts, strict=True)):
+            yield {"frame": frame, "dropped": dropped, "contacts": contacts[end - count : end]}
+
+    def seconds(self) -> list[float]:
+        """Times of the frames; numbers of a recording without any."""
+        time = self.recording.time
+        return [float(second) for second in (np.arange(len(self.result.found)) if time is None else time)]
+
     def _contacts(self) -> Columns:
         found = self.result
         places = {"x_mm": 1e3 * found.x, "y_mm": 1e3 * found.y}
@@ -98,6 +134,11 @@ class SkinEstimate:
             **places,
             **{key: getattr(found, key) for key in ("taxels", "top", "left")},
         }
+
+
+def _known(value: float) -> float | None:
+    """``value`` for JSON, which has no NaN."""
+    return value if np.isfinite(value) else None
 
 
 def _arrays(result: Result) -> dict[str, npt.NDArray[Any]]:
@@ -140,10 +181,14 @@ def _forces(result: Result) -> Columns:
     return dict(zip(_FORCES, np.moveaxis(result.forces, 1, 0).reshape(3, -1), strict=True))
 
 
-def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
+def check_result(path: Path, command: str, inputs: Sequence[Path], *, skin: bool = False) -> None:
     """Raise ``InputError`` now if ``write_result`` would, before a long computation."""
     if path.suffix == ".npz":
         check_file(path, ".npz", command, inputs)
+        return
+    if path.suffix == MESSAGES and skin:
+        require(path, "robot", "mcap")
+        check_directory(path, command, inputs)
         return
     tables = table_formats()
     if path.suffix not in tables:
@@ -161,6 +206,11 @@ def write_result(path: Path, estimate: Estimate | SkinEstimate, command: str, in
     """
     if path.suffix == ".npz":
         write_npz(path, estimate.arrays(), command)
+        return
+    if path.suffix == MESSAGES:
+        assert isinstance(estimate, SkinEstimate)
+        with output_directory(path, command, inputs) as folder:
+            write_messages(folder / f"contacts{MESSAGES}", estimate.messages(), estimate.seconds())
         return
     write_table = table_formats()[path.suffix].write_table
     assert write_table

@@ -62,12 +62,12 @@ class Contacts(SkinResult):
         return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
     def save(self, path: str | Path) -> None:
-        """Write the contacts as ``tfra estimate`` does: an archive .npz, or a folder .csv or .parquet of tables.
+        """Write the contacts as ``tfra estimate`` does: an archive .npz, a folder .csv, .parquet or .mcap.
 
         ``path`` and errors are those of ``tfra.Result.save``.
         """
         file, inputs = Path(path), [self.project.path]
-        check_result(file, "estimate", inputs)
+        check_result(file, "estimate", inputs, skin=True)
         write_result(file, self._written(), "estimate", inputs)
 
     def view(self, path: str | Path | None = None) -> Page:

@@ -6,16 +6,19 @@ import re
 from io import StringIO
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
 from tests.cli.test_cli import refusal
 from tests.codegen.test_generate import change_word, run_testbench
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.model.converter import quantise
+from tfra.model.skin.finding import Mark
 from tfra.model.skin.records import decode_records, records
-from tfra.model.skin.result import estimate
+from tfra.model.skin.result import SkinResult, estimate
 from tfra.model.tfra import Tfra
 from tfra.sim.tools import choose
 
@@ -70,14 +73,20 @@ def test_frames_are_sums(stress: np.ndarray) -> None:
     np.testing.assert_allclose(stress, alone[0::2] + alone[1::2], atol=1e-9)
 
 
+def of_model(stress: np.ndarray) -> SkinResult:
+    """The contacts in double precision."""
+    skin = load("skin.toml").skin
+    assert skin
+    return estimate(skin, stress, Tfra.of(skin.window))
+
+
 @pytest.mark.parametrize("engine", ["float", "fixed", "c"])
 def test_every_engine_finds_the_contacts(stress: np.ndarray, engine: str) -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--engine", engine]) == 0
     skin = load("skin.toml").skin
     assert skin
-    if engine == "float":
-        wanted = estimate(skin, stress, Tfra.of(skin.window))
-    else:
+    wanted = of_model(stress)
+    if engine != "float":
         words = records(skin, quantise(skin, stress), lambda codes: skin.window.model(codes).words)
         wanted = decode_records(skin, words)
     with np.load("r.npz") as found:
@@ -105,6 +114,31 @@ def test_tables_have_a_row_for_each_contact(stress: np.ndarray) -> None:
         assert sum(float(row["fz_n"]) for row in own) == pytest.approx(float(contact["fz_n"]), abs=1e-9)
         assert min(int(row["row"]) for row in own) == int(contact["top"])
         assert min(int(row["column"]) for row in own) == int(contact["left"])
+
+
+def test_messages_have_every_contact(stress: np.ndarray, capfd: pytest.CaptureFixture[str]) -> None:
+    """As the published schema has it; the same bytes again; not for arrays without windows."""
+    for folder in ("r.mcap", "again.mcap"):
+        assert main(["estimate", "skin.toml", "frames.npz", "--out", folder]) == 0
+    assert Path("r.mcap/contacts.mcap").read_bytes() == Path("again.mcap/contacts.mcap").read_bytes()
+    with open("r.mcap/contacts.mcap", "rb") as stream:
+        found = list(make_reader(stream, validate_crcs=True).iter_messages())
+    assert [(channel.topic, message.log_time) for _, channel, message in found] == [
+        ("/contacts", 10**9 * number) for number in range(3)
+    ]
+    wanted = of_model(stress)
+    for number, (schema, _, message) in enumerate(found):
+        content = json.loads(message.data)
+        jsonschema.validate(content, json.loads(schema.data))
+        assert (content["frame"], content["dropped"], len(content["contacts"])) == (number, 0, 2)
+        for contact, place in zip(content["contacts"], np.flatnonzero(wanted.frame == number), strict=True):
+            assert list(contact["force_n"].values()) == wanted.windows.resultant[place].tolist()
+            assert (contact["x_mm"], contact["mu"]) == (1e3 * wanted.x[place], wanted.windows.mu[place])
+            assert ("EDGE" in contact["status"]) == bool(wanted.windows.status[place] & Mark.EDGE)
+    array = SKIN.replace("[window]\nrows = 6\ncolumns = 6\n", "").split("[[contact]]")[0]
+    Path("array.toml").write_text(array)
+    told = refusal(capfd, "estimate", "array.toml", "frames.npz", "--out", "r2.mcap")
+    assert told.startswith("r2.mcap: the name of the output must end in .npz")
 
 
 def test_json_has_the_contacts(stress: np.ndarray, capsys: pytest.CaptureFixture[str]) -> None:
