@@ -134,7 +134,7 @@ def test_files_and_functions_are_short() -> None:
 
 
 def block_tables() -> list[list[tuple[str, ...]]]:
-    """Rows of the guide's tables of blocks: TFRA's, then those of the learned estimator."""
+    """Rows of the guide's tables of blocks: TFRA's, those of the learned estimator, those of a skin."""
     guide = (ROOT / "docs" / "development.md").read_text()
     row = re.compile(r"^\| `(\w+)` \| `(hdl/\S+)` \| `(model/\S+)` \| `(tests/\S+)` \|$", re.MULTILINE)
     return [found for part in guide.split("\n\n") if (found := row.findall(part))]
@@ -142,7 +142,7 @@ def block_tables() -> list[list[tuple[str, ...]]]:
 
 def test_every_block_has_its_places() -> None:
     """Model, stage, gateware, probe, timeline, test and rows of every block, by the table of the guide."""
-    rows, _ = block_tables()
+    rows, *_ = block_tables()
     blocks = dict(Blocks(DESIGN))
     picture = (ROOT / "docs" / "architecture.md").read_text()
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) == set(blocks)
@@ -154,13 +154,24 @@ def test_every_block_has_its_places() -> None:
 
 
 def test_every_block_of_the_learned_estimator_has_its_places() -> None:
-    _, rows = block_tables()
+    _, rows, _ = block_tables()
     blocks = dict(learned.Blocks(LEARNED))
     picture = (ROOT / "docs" / "learned.md").read_text().partition("## The parallel core")[2]
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) >= set(blocks) - {"normaliser", "fold"}
     watched = [probe.stage for probe in microarchitecture(LEARNED).probes]
     check_places(rows, blocks, watched, {*LearnedStage, "forces"}, {"fold", "forces", LearnedStage.WORDS})
     assert [*watched, LearnedStage.WORDS] == list(LearnedStage)
+
+
+def test_every_block_of_a_skin_has_its_places() -> None:
+    """Those of the unit that have a model; pages, forks and queues have none."""
+    _, _, rows = block_tables()
+    unit = (ROOT / "hdl" / "skin" / "unit.py").read_text()
+    built = dict.fromkeys(re.findall(r"m\.submodules\.(\w+) = \w+ = [A-Z]\w+\(", unit))
+    assert {row[0] for row in rows} == built.keys() - {"codes", "heights"}
+    for name, *files in rows:
+        assert all((ROOT / file).exists() for file in files), name
+        assert files[0] == f"hdl/skin/{name}.py"
 
 
 def check_places(
