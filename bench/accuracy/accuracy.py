@@ -102,7 +102,7 @@ def main() -> None:
     for name, table in tables(found).items():
         insert(name, table, PAGE)
         if name == SHORT:
-            insert(name, table)
+            insert(name, table, "README.md")
 
 
 if __name__ == "__main__":

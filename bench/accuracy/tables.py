@@ -9,6 +9,8 @@ import numpy as np
 from bench.accuracy.estimators import LEARNED, MAPPED, TFRA, TWO_VARIABLE
 from bench.accuracy.measure import PERCENTILES
 from bench.accuracy.scenes import NOISES, QUIET, SCENES
+from bench.accuracy.skins import held_out
+from tfra.train.heldout import NOISES as LEVELS
 
 COARSE = 1.3
 """Mean pitch over thickness from which the limits of coarse sensors hold."""
@@ -154,9 +156,11 @@ def _agreements(every: Record) -> Iterator[list[str]]:
 
 
 def short(record: Record) -> str:
-    """Pooled medians of the float estimators."""
-    noises = NOISES[1:]
-    rows = ([who, *(_cell(record["pooled"][noise][who]) for noise in noises)] for who in FLOAT)
+    """Pooled medians of the float estimators, and those of a skin's contacts."""
+    noises, found = NOISES[1:], held_out()
+    rows = [[who, *(_cell(record["pooled"][noise][who]) for noise in noises)] for who in FLOAT]
+    skins = [{measure: [found[f"{measure}_50_at_{level:g}"]] for measure in SYMBOLS} for level in LEVELS[1:]]
+    rows.append(["learned, 1 to 8 contacts of a skin", *map(_cell, skins)])
     return markdown(["medians of all sensors", *(f"{noise}: {', '.join(SYMBOLS.values())}" for noise in noises)], rows)
 
 
