@@ -4,18 +4,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import numpy.typing as npt
 
 from tfra.codegen.config.read import Project
+from tfra.contacts import Truth
 from tfra.model.arrays import Floats
+from tfra.model.metrics import errors
+from tfra.model.skin.matching import matched, seen_at
 from tfra.model.skin.result import SkinResult
 from tfra.recordings.frames import Recording
 from tfra.recordings.results import SkinEstimate, check_result, write_result
 from tfra.recordings.skin_facts import skin_facts, skin_lines
-from tfra.result import Page
-from tfra.runtime.errors import require
+from tfra.result import Errors, Page
+from tfra.runtime.errors import InputError, require
 from tfra.runtime.outputs import check_file, write_text
 
 SHOWN = 12
@@ -61,6 +65,32 @@ class Contacts(SkinResult):
         rows = ("".join(f"<td>{value:.5g}</td>" for value in row) for row in zip(*columns.values(), strict=True))
         return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
+    def errors(self, truth: Truth) -> "ContactErrors":
+        """Compare with ``truth``, from ``Skin.simulate``; a contact and the true one next to it belong together.
+
+            >>> skin = tfra.load_skin("examples/fingers_32x32.toml")
+            >>> frames, truth = skin.simulate()
+            >>> errors = skin.estimate(frames, engine="c").errors(truth)
+            >>> errors.missed, errors.invented
+            (0, 0)
+
+        ``print(errors)`` has the medians and 95th percentiles.  Raises ``tfra.InputError`` for a ``truth`` of frames
+        that are not here.
+        """
+        frame = np.arange(len(truth)) if truth.frame is None else truth.frame
+        if frame.max(initial=0) >= len(self.found):
+            raise InputError("Contacts.errors", "truth", f"is of {frame.max() + 1} frames, there are {len(self.found)}")
+        assert self.project.skin
+        sensor = self.project.skin.sensor
+        center = np.array([(each.center_x, each.center_y) for each in truth.contacts])
+        here = np.stack([self.x, self.y], axis=1) / np.array([sensor.pitch_x, sensor.pitch_y])
+        true, seen = matched((frame, self.frame), (seen_at(center, truth.resultant, sensor), here))
+        known, found = (
+            _Part(of.resultant[which], of.mu[which], of.phi_deg[which])
+            for of, which in ((truth, true), (self.windows, seen))
+        )
+        return ContactErrors(errors(known, found), len(truth) - len(true), len(self) - len(seen))
+
     def save(self, path: str | Path) -> None:
         """Write the contacts as ``tfra estimate`` does: an archive .npz, a folder .csv, .parquet or .mcap.
 
@@ -91,3 +121,23 @@ class Contacts(SkinResult):
 
     def _written(self) -> SkinEstimate:
         return SkinEstimate(self.recording, self, self.engine, self.project.text())
+
+
+class _Part(NamedTuple):
+    """Some of the contacts."""
+
+    resultant: Floats
+    mu: Floats
+    phi_deg: Floats
+
+
+class ContactErrors(Errors):
+    """Errors of the contacts that were found, ``(p,)``, and how many were ``missed`` or ``invented``."""
+
+    def __init__(self, values: Mapping[str, Floats], missed: int, invented: int) -> None:
+        super().__init__(values)
+        self.missed = missed
+        self.invented = invented
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()}\nmissed {self.missed}, invented {self.invented}"

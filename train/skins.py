@@ -3,6 +3,7 @@
 A skin has ``SIDES`` windows a side, so half of the windows reach beyond it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.cover.contact import Contacts
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import crowds, gaps
 from tfra.model.metrics import errors
 from tfra.model.sensor import SensorArray
-from tfra.model.skin.finding import Finding, Found, Mark, finding
-from tfra.model.skin.matching import pairs
+from tfra.model.skin.finding import Finding, Mark, finding
+from tfra.model.skin.matching import matched, seen_at
 from tfra.model.skin.windows import PLACE_FRACTION, windows
 from tfra.train.heldout import BITS, FALSE_ALARMS, LEVELS, NOISES, PERCENTILES, QUIET, TABLE, Estimate, Resultants
 
@@ -29,16 +31,15 @@ COUNT = 60
 
 SEED, LIMIT_SEED = 30_000, 31_000
 
-APART = 3.0
-"""Pitches between a contact and one that is found, at most; friction moves it by ``DRAGGED`` thicknesses."""
-
-DRAGGED = 0.8
-
 FLOOR = 1 / 128
 """Lowest peak over the converter's full scale."""
 
 GAPS = (1.0, 2.0, 3.0, 4.0, np.inf)
 """Limits of the gap to the nearest other contact, in pitches, in the table of errors."""
+
+
+Simulate = Callable[[SensorArray, Contacts], Floats]
+"""The stress ``(k, rows, columns)`` in Pa of each of k contacts."""
 
 
 class Seen(NamedTuple):
@@ -68,13 +69,23 @@ class Crowd:
     exact: Floats
 
     @classmethod
-    def of(cls, window: SensorArray, counts: Ints, seed: int, gap: float = 2.0, ratio: float = 5.0) -> "Crowd":
-        """Random frames with ``counts (n,)`` contacts each on a skin around windows."""
+    def of(
+        cls,
+        window: SensorArray,
+        counts: Ints,
+        seed: int,
+        gap: float = 2.0,
+        ratio: float = 5.0,
+        *,
+        sides: float = SIDES,
+        simulate: Simulate = frames,
+    ) -> "Crowd":
+        """Random frames with ``counts (n,)`` contacts each on a skin of ``sides`` windows a side."""
         rng = np.random.default_rng(seed)
-        sensor = replace(window, rows=int(SIDES * window.rows), columns=int(SIDES * window.columns))
+        sensor = replace(window, rows=int(sides * window.rows), columns=int(sides * window.columns))
         contacts, frame = crowds(sensor, counts, rng, gap, ratio)
         exact = np.zeros((len(counts), sensor.rows, sensor.columns))
-        np.add.at(exact, frame, frames(sensor, contacts))
+        np.add.at(exact, frame, simulate(sensor, contacts))
         pitch = np.array([sensor.pitch_x, sensor.pitch_y])
         nearest = [
             gaps(contacts.center[k], contacts.half[k], contacts.center[same], contacts.half[same], pitch).min(
@@ -95,24 +106,13 @@ class Crowd:
         cut = windows(codes, found.frame, (found.top, found.left), (window.rows, window.columns))
         step = (full[found.frame] / 2 ** (BITS - 1)).reshape(-1, 1)
         output = estimate(cut.reshape(len(cut), -1) * step * window.taxel_area)
-        true, seen = self._matched(found)
+        places = np.stack([found.column, found.row], axis=1) / (1 << PLACE_FRACTION)
+        there = seen_at(self.center, self.force, self.sensor)
+        true, seen = matched((self.frame, found.frame), (there, places))
         edge = (found.marks[seen] & Mark.EDGE) != 0
         count = len(self.frame)
         missed, invented = 1 - len(true) / count, (len(found.frame) - len(seen)) / count
         return Seen(self.force[true], output[seen], self.gap[true], edge, missed, invented)
-
-    def _matched(self, found: Found) -> tuple[Ints, Ints]:
-        """Indices of true contacts and of those found that belong together."""
-        pitch = np.array([self.sensor.pitch_x, self.sensor.pitch_y])
-        dragged = self.center - DRAGGED * self.sensor.thickness * self.force[:, :2] / self.force[:, 2:]
-        places = np.stack([found.column, found.row], axis=1) / (1 << PLACE_FRACTION)
-        true, seen = [], []
-        for number in range(len(self.exact)):
-            there, here = np.flatnonzero(self.frame == number), np.flatnonzero(found.frame == number)
-            ones, others = pairs(dragged[there] / pitch, places[here], APART)
-            true.append(there[ones])
-            seen.append(here[others])
-        return np.concatenate(true), np.concatenate(seen)
 
 
 def held_out(window: SensorArray, estimate: Estimate, count: int = COUNT) -> dict[str, float]:
@@ -126,19 +126,19 @@ def held_out(window: SensorArray, estimate: Estimate, count: int = COUNT) -> dic
     for level in NOISES:
         seen = crowd.see(window, estimate, level)
         summary |= {f"missed_at_{level:g}": seen.missed, f"invented_at_{level:g}": seen.invented}
-        summary |= _errors(seen, f"at_{level:g}")
+        summary |= errors_of(seen, f"at_{level:g}")
     seen = crowd.see(window, estimate, QUIET)
     for low, high in pairwise(GAPS[1:]):
-        summary |= _errors(seen, f"gap_{low:g}_{high:g}", (seen.gap >= low) & (seen.gap < high))
-    summary |= _errors(seen, "alone", seen.gap == np.inf)
-    summary |= _errors(seen, "inside", seen.edge == 0) | _errors(seen, "edge", seen.edge == 1)
+        summary |= errors_of(seen, f"gap_{low:g}_{high:g}", (seen.gap >= low) & (seen.gap < high))
+    summary |= errors_of(seen, "alone", seen.gap == np.inf)
+    summary |= errors_of(seen, "inside", seen.edge == 0) | errors_of(seen, "edge", seen.edge == 1)
     close = Crowd.of(window, counts, SEED + 1, gap=GAPS[0]).see(window, estimate, QUIET)
-    summary |= _errors(close, f"gap_{GAPS[0]:g}_{GAPS[1]:g}", close.gap < GAPS[1])
-    summary |= _errors(Crowd.of(window, counts, SEED + 2, ratio=10.0).see(window, estimate, QUIET), "ratio_10")
+    summary |= errors_of(close, f"gap_{GAPS[0]:g}_{GAPS[1]:g}", close.gap < GAPS[1])
+    summary |= errors_of(Crowd.of(window, counts, SEED + 2, ratio=10.0).see(window, estimate, QUIET), "ratio_10")
     return summary
 
 
-def _errors(seen: Seen, name: str, which: Bools | slice = slice(None)) -> dict[str, float]:
+def errors_of(seen: Seen, name: str, which: Bools | slice = slice(None)) -> dict[str, float]:
     """Percentiles of every error of the contacts ``which`` were seen."""
     every = errors(Resultants(seen.force[which]), Resultants(seen.output[which, :3]))
     return {

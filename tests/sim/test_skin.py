@@ -28,8 +28,6 @@ def words(skin: Skin, codes: np.ndarray) -> np.ndarray:
         *long(
             (small_window(4, 4), (12, 20), 12, "icarus", ("bursts", "random")),
             (LOADED, (12, 20), 12, "icarus", ("none", "none")),
-            (learned_window(), (32, 32), 12, "verilator", ("none", "none")),
-            (learned_window(), (64, 64), 12, "verilator", ("random", "bursts")),
             (learned_window(), (127, 65), 6, "verilator", ("none", "random")),
         ),
     ],

@@ -71,6 +71,27 @@ def test_tracks_follow_contacts(skin: tfra.Skin) -> None:
     assert len(set(found.tracks(1e-6))) == len(set(map(tuple, np.round([found.x, found.y], 6).T)))
 
 
+def test_errors_are_of_contacts_that_belong_together(skin: tfra.Skin) -> None:
+    """A contact that is not there is invented, one that is too weak is missed; the others keep their errors."""
+    frames, truth = skin.simulate()
+    found = skin.estimate(frames)
+    errors = found.errors(truth)
+    assert (errors.missed, errors.invented, errors["mu_abs"].shape) == (0, 0, (6,))
+    force = errors["force_percent_of_resultant"]
+    far = np.linalg.norm(found.windows.resultant - truth.resultant, axis=1)
+    np.testing.assert_allclose(force, 100 * far / np.linalg.norm(truth.resultant, axis=1))
+    assert "missed 0, invented 0" in repr(errors)
+    some = tfra.Truth(truth.contacts[1:], np.array([0, 1, 1, 2, 2]))
+    less = found.errors(some)
+    assert (less.missed, less.invented, len(less["mu_abs"])) == (0, 1, 5)
+    np.testing.assert_allclose(less["mu_abs"], np.delete(errors["mu_abs"], 0))
+    away = replace(truth.contacts[0], center_x=30e-3)
+    moved = found.errors(tfra.Truth((away, *truth.contacts[1:]), truth.frame))
+    assert (moved.missed, moved.invented) == (1, 1)
+    with pytest.raises(InputError, match=r"Contacts.errors: truth: is of 9 frames, there are 3"):
+        found.errors(tfra.Truth(truth.contacts[:1], np.array([8])))
+
+
 def test_files_have_the_table(skin: tfra.Skin, tmp_path: Path) -> None:
     frames, _ = skin.simulate()
     found = skin.estimate(frames)

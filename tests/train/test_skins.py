@@ -32,8 +32,8 @@ def test_what_is_known_has_no_error() -> None:
     crowd = Crowd.of(WINDOW, SINGLE, 5)
     seen = crowd.see(WINDOW, knowing(crowd), 1e-3)
     assert (seen.missed, seen.invented) == (0, 0)
-    assert set(skins._errors(seen, "x").values()) == {0.0}
-    off = skins._errors(crowd.see(WINDOW, knowing(crowd, 1.1), 1e-3), "x")
+    assert set(skins.errors_of(seen, "x").values()) == {0.0}
+    off = skins.errors_of(crowd.see(WINDOW, knowing(crowd, 1.1), 1e-3), "x")
     assert off["force_percent_95_x"] == pytest.approx(10.0)
     assert np.isinf(seen.gap).all()
     assert 0 < seen.edge.mean() < 1
