@@ -109,7 +109,8 @@ function numbered([name, digits, head]) {
   return [name, head, (contact) => (tells(name, contact.status) && Number.isFinite(contact[name]) ? contact[name].toFixed(digits).replace("-", "−") : "–")];
 }
 
-function drawTable(contacts) {
+function drawTable(found) {
+  const contacts = found.toSorted((a, b) => a.track - b.track);
   const body = $("contacts").tBodies[0];
   while (body.rows.length > contacts.length) body.deleteRow(-1);
   contacts.forEach((contact, n) => {

@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 LIMITS: dict[str, tuple[Callable[[str], bool], int]] = {
-    "Python outside tests": (lambda name: name.endswith(".py") and not name.startswith("tests/"), 52_500),
+    "Python outside tests": (lambda name: name.endswith(".py") and not name.startswith("tests/"), 53_000),
     "tests": (lambda name: name.endswith(".py") and name.startswith("tests/"), 34_500),
     "docs": (lambda name: name.endswith(".md") and name.startswith("docs/"), 3_750),
     "README": (lambda name: name == "README.md", 120),

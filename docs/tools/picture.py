@@ -1,7 +1,7 @@
-"""The picture of docs/view.md: a page of a contact that appears, turns and vanishes, by the float and the bit-accurate
-model.
+"""The pictures of docs/view.md and docs/skins.md: pages of a contact that appears, turns and vanishes, by the float and
+the bit-accurate model, and of four fingers on a skin.
 
-``python -m docs.tools.picture`` draws ``docs/page.png`` in Chromium.
+``python -m docs.tools.picture`` draws ``docs/page.png`` and ``docs/skin.png`` in Chromium.
 """
 
 import subprocess
@@ -16,6 +16,7 @@ from tfra.contacts import Truth
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Tfra
+from tfra.skin import load_skin
 from tfra.view.pack import Chosen
 from tfra.view.page import render
 from tfra.view.resultfile import Recorded, References
@@ -23,8 +24,8 @@ from tfra.view.resultfile import Recorded, References
 DOCS = Path(__file__).parents[1]
 FRAMES = 181
 
-SIZE = 1280, 3040
-"""Of the picture, in pixels."""
+TURNS = 60
+"""Frames of the skin."""
 
 
 def page() -> str:
@@ -45,15 +46,37 @@ def page() -> str:
     return render(results, [References("frames.npz", known)], Chosen.of(results, range(FRAMES)))
 
 
+def skin_page() -> str:
+    """The page of four fingers of ``examples/fingers_32x32.toml``: one draws a line, one turns, two come and go."""
+    skin = load_skin(DOCS.parent / "examples" / "fingers_32x32.toml")
+    one, two, three, four = skin.contacts[0], *skin.contacts[-3:]
+    frames = []
+    for step, share in enumerate(np.linspace(0.0, 1.0, TURNS)):
+        pressed = -2.0 * float(np.sin(np.pi * share))
+        frames.append([
+            replace(one, center_x=one.center_x + 21e-3 * float(share), phi=np.pi / 6),
+            replace(two, phi=2 * np.pi * float(share)),
+            *([replace(three, normal_force=pressed)] if pressed < -0.5 else []),
+            *([four] if step > TURNS // 3 else []),
+        ])
+    stress, _ = skin.simulate(frames)
+    return skin.estimate(stress, engine="fixed").view().html
+
+
+PICTURES = {"page": (page, (1280, 3040)), "skin": (skin_page, (1280, 1860))}
+"""Pages, and sizes of their pictures in pixels."""
+
+
 def main() -> None:
-    """Draw the picture."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "page.html"
-        file.write_text(page(), encoding="utf-8")
-        options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/p"]
-        size = "--window-size={},{}".format(*SIZE)
-        picture = f"--screenshot={DOCS / 'page.png'}"
-        subprocess.run(["chromium", *options, size, picture, file.as_uri()], check=True, capture_output=True)
+    """Draw the pictures."""
+    for name, (made, (width, height)) in PICTURES.items():
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "page.html"
+            file.write_text(made(), encoding="utf-8")
+            options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
+            options += [f"--user-data-dir={folder}/p", f"--window-size={width},{height}"]
+            picture = f"--screenshot={DOCS / name}.png"
+            subprocess.run(["chromium", *options, picture, file.as_uri()], check=True, capture_output=True)
 
 
 if __name__ == "__main__":
