@@ -57,7 +57,7 @@ class SkinReport:
             ("marks and status", _counts(self.marks) or "none"),
         ]
         if self.against_float:
-            rows += [(f"{name}", f"{value:.3g}") for name, value in self.against_float.items()]
+            rows += [(name, f"{value:.3g}") for name, value in self.against_float.items()]
         return Table(f"{self.name} on {self.simulator}, seed {self.seed}", ("", ""), rows, (0, 1))
 
 
