@@ -19,8 +19,10 @@ import numpy as np
 import pytest
 
 from tests.cli.test_cli import refusal
+from tests.cli.test_skin import SKIN
 from tests.marks import long
 from tests.view.made import unpacked, write
+from tfra.cli.main import main
 
 PATIENCE = 60.0
 
@@ -164,3 +166,18 @@ def test_a_port_in_use(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
         port = server.getsockname()[1]
         line = f"tfra live: --port: {port} is in use: choose another port, or 0 for any"
         assert refusal(capfd, "live", "skin.toml", "frames.npz", "--port", str(port)) == line
+
+
+@pytest.mark.parametrize("engine", ["float", "c"])
+def test_contacts_of_a_skin(engine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a recording; each keeps its number."""
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(SKIN)
+    assert main(["frames", "skin.toml", "--out", "frames.npz"]) == 0
+    with live("frames.npz", "--engine", engine) as running:
+        found = running.until(state="ended", estimated=3)
+        tracks = np.reshape(values(found, "track"), (3, -1))
+        np.testing.assert_array_equal(tracks[:, :2], [[0, 1]] * 3)
+        assert np.isnan(tracks[:, 2:]).all()
+        np.testing.assert_allclose(np.reshape(values(found, "f_z"), (3, -1))[:, :2], [[-4, -2]] * 3, rtol=0.3)
+        assert running.ended() == (0, "tfra live: 3 frames came, 3 were estimated, 0 drawn\n", "")
