@@ -12,11 +12,13 @@ import numpy as np
 from bench.publish import ROOT, insert, store
 from tfra.cli.train import condition
 from tfra.codegen.config.weights import Trained, read_weights
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Bools, Floats
+from tfra.model.choices import Search
 from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.cover.fem import Mesh, fem_frames
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Tfra
 from tfra.train.heldout import NOISES, QUIET
 from tfra.train.skins import CONTACTS, COUNT, GAPS, SEED, Crowd, Seen, errors_of
 
@@ -51,6 +53,13 @@ def finite_elements(sensor: SensorArray, contacts: Contacts) -> Floats:
     return fem_frames(sensor, every, FEM_MESH)
 
 
+def by_tfra(n: Floats) -> Floats:
+    """Outputs of TFRA for windows of normal forces ``n (k, m)`` in N: resultants, and no uncertainty."""
+    stress = n.reshape(-1, WINDOW.rows, WINDOW.columns) / WINDOW.taxel_area
+    found = Tfra(WINDOW, Search().steps)(stress)
+    return np.concatenate([found.resultant, np.zeros((len(n), 1))], axis=1)
+
+
 def measured() -> dict[str, Any]:
     """Errors on other skins, and how often the uncertainty tells of contacts whose force is off."""
     of = trained()
@@ -68,25 +77,30 @@ def measured() -> dict[str, Any]:
         "at 1 % noise": usual.see(WINDOW, network, NOISES[-1]),
     }
     large = Crowd.of(WINDOW, counts, SEED + 3, sides=6.4).see(WINDOW, network, QUIET)
+    paper = usual.see(WINDOW, by_tfra, QUIET)
     two = np.full(FEM_FRAMES, 2)
     solid = Crowd.of(WINDOW, two, SEED + 4, sides=FEM_SIDES, simulate=finite_elements).see(WINDOW, network, QUIET)
     same = Crowd.of(WINDOW, two, SEED + 4, sides=FEM_SIDES).see(WINDOW, network, QUIET)
     skins = {
         "64 × 64 taxels": large,
+        "32 × 32 taxels, TFRA, of a single contact": _part(paper, paper.gap == np.inf),
+        "32 × 32 taxels, TFRA": paper,
         f"20 × 20 taxels, {len(solid.force)} contacts by finite elements": solid,
         "the same contacts by the exact series": same,
     }
     return {
         "told": {name: _told(seen, of.threshold) for name, seen in told.items()},
         "skins": {
-            name: {**errors_of(seen, "all"), "missed_all": seen.missed, "invented_all": seen.invented}
+            name: errors_of(seen, "all")
+            | {f"{kind}_all": share for kind in ("missed", "invented") if (share := getattr(seen, kind)) >= 0}
             for name, seen in skins.items()
         },
     }
 
 
-def _part(seen: Seen, which: Any) -> Seen:
-    return seen._replace(**{name: getattr(seen, name)[which] for name in ("force", "output", "gap", "edge")})
+def _part(seen: Seen, which: Bools) -> Seen:
+    """Some of the contacts, of which no shares are known."""
+    return Seen(seen.force[which], seen.output[which], seen.gap[which], seen.edge[which], np.nan, np.nan)
 
 
 def _told(seen: Seen, threshold: float) -> dict[str, float]:

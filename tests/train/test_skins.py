@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.accuracy.skins import table
-from bench.publish import ROOT
+from bench.accuracy.skins import others, table, told
+from bench.publish import ROOT, stored
 from tfra.model.arrays import Floats
 from tfra.model.cover.scenes import crowds, gaps
 from tfra.model.sensor import SensorArray
@@ -100,3 +100,10 @@ def test_the_threshold_is_a_quantile() -> None:
 
 def test_the_page_has_the_errors_of_the_example() -> None:
     assert table() in (ROOT / "docs" / "skins.md").read_text()
+
+
+def test_the_page_tells_the_record() -> None:
+    """Of other skins, and of what the uncertainty tells."""
+    page, record = (ROOT / "docs" / "skins.md").read_text(), stored("skins")
+    for table_of in (others, told):
+        assert table_of(record) in page
