@@ -21,8 +21,8 @@ from tfra.sim.run import simulate
 
 SIDES = (16, 32, 64, 128)
 CONTACTS = (1, 2, 4, 8, 16, 32)
-FRAMES = 4
-"""Of each number of contacts, the first two of which find an idle core."""
+FRAMES, SETTLED = 12, 3
+"""Frames of each number of contacts, and the first intervals, in which the unit fills."""
 
 PITCH = 8
 """Least distance of two contacts in taxels."""
@@ -49,7 +49,7 @@ def frame(of: Skin, count: int) -> Ints:
 
 
 def measured(side: int) -> dict[int, int]:
-    """Cycles from frame to frame by the number of contacts, of frames with as many."""
+    """Mean cycles from frame to frame by the number of contacts, of frames with as many."""
     of, found = skin(side), {}
     for count in (number for number in CONTACTS if number <= (side // PITCH) ** 2):
         codes = np.stack([frame(of, count)] * FRAMES)
@@ -57,8 +57,8 @@ def measured(side: int) -> dict[int, int]:
         assert len(expected) == count * FRAMES
         run = simulate(of, codes, "verilator", expected=expected)
         assert (run.compared, run.mismatches) == (expected.size, 0)
-        found[count] = int(run.interval[-1])
-        print(f"{side}x{side}, {count} contacts: {found[count]:,} cycles", flush=True)
+        found[count] = round(float(run.interval[SETTLED:].mean()))
+        print(f"{side}x{side}, {count} contact{"s" * (count > 1)}: {found[count]:,} cycles", flush=True)
     return found
 
 
