@@ -58,7 +58,7 @@ def measured(side: int) -> dict[int, int]:
         run = simulate(of, codes, "verilator", expected=expected)
         assert (run.compared, run.mismatches) == (expected.size, 0)
         found[count] = round(float(run.interval[SETTLED:].mean()))
-        print(f"{side}x{side}, {count} contact{"s" * (count > 1)}: {found[count]:,} cycles", flush=True)
+        print(f"{side}x{side}, {count} contact{'s' * (count > 1)}: {found[count]:,} cycles", flush=True)
     return found
 
 
