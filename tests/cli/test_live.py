@@ -168,7 +168,7 @@ def test_a_port_in_use(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
         assert refusal(capfd, "live", "skin.toml", "frames.npz", "--port", str(port)) == line
 
 
-@pytest.mark.parametrize("engine", ["float", "c"])
+@pytest.mark.parametrize("engine", ["c", *long("float")])
 def test_contacts_of_a_skin(engine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a recording; each keeps its number."""
     monkeypatch.chdir(tmp_path)

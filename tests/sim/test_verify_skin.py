@@ -29,6 +29,7 @@ def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return builds
 
 
+@pytest.mark.long
 def test_a_good_core_passes() -> None:
     progress: list[tuple[int, int]] = []
     report = verify_skin(SKIN, FRAMES, "icarus", random=3, progress=lambda *now: progress.append(now))
