@@ -94,12 +94,13 @@ def verify(
     chosen = Simulator.ICARUS if core and not simulator else simulator
     with scratch(temporary()) as place, simulation_failures("verify"), progress("simulating the core") as advance:
         signals = place / "waves.vcd" if waves else None
-        stated = (stresses, chosen and chosen.value, seed, random)
+        how: dict[str, Any] = {"simulator": chosen and chosen.value, "seed": seed, "random": random}
+        how |= {"progress": advance, "waves": signals}
         report: Report | SkinReport
         if project.skin:
-            report = verify_skin(project.skin, *stated, advance, signals)
+            report = verify_skin(project.skin, stresses, **how)
         else:
-            report = check(project.design, *stated, known, advance, core=core, waves=signals)
+            report = check(project.design, stresses, references=known, core=core, **how)
         if waves:
             write_vcd(waves, place / "waves.vcd", "verify")
     if page:
