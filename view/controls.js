@@ -46,6 +46,17 @@ function listenToFrames() {
   $("frame").addEventListener("input", (event) => { play(false); show(Number(event.target.value)); });
 }
 
+/** Draw again when the page gets another width. */
+function listenToWidth() {
+  let width = document.body.clientWidth;
+  new ResizeObserver(() => {
+    if (document.body.clientWidth === width) return;
+    width = document.body.clientWidth;
+    drawAll();
+  }).observe(document.body);
+  narrow.addEventListener("change", () => drawPanels($("panels")));
+}
+
 /** The chart over the frames has been drawn: its cursor moves, and a click goes to a frame. */
 function followChart() {
   $("panels").on("plotly_click", ({ points }) => {

@@ -169,3 +169,15 @@ function drawMap(canvas, scene) {
   const [x, y] = grid.at(placeOf(scene.taxel));
   rimmed(pen, () => pen.rect(x - grid.across / 2 + 1, y - grid.down / 2 + 1, grid.across - 2, grid.down - 2), 1.5);
 }
+
+/** The legend's bar of colours. */
+function paintBar() {
+  $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
+}
+
+/** The stress at the ticks of the legend, whose end is the peak. */
+function drawTicks(peak, root) {
+  for (const tick of document.querySelectorAll("#legend [data-share]")) {
+    say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peak));
+  }
+}

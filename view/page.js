@@ -28,9 +28,7 @@ function sceneOf(result, frame) {
 
 function drawLegend(peaks) {
   const root = $("scale").value === "root";
-  for (const tick of document.querySelectorAll("#legend [data-share]")) {
-    say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress));
-  }
+  drawTicks(peaks.stress, root);
   const legend = [];
   const unit = unitFor(PEAKS.resultant, "N");
   if (checked("resultant")) legend.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
@@ -163,13 +161,7 @@ function listen() {
       drawAll();
     });
   }
-  let width = document.body.clientWidth;
-  new ResizeObserver(() => {
-    if (document.body.clientWidth === width) return;
-    width = document.body.clientWidth;
-    drawAll();
-  }).observe(document.body);
-  narrow.addEventListener("change", () => drawPanels($("panels")));
+  listenToWidth();
 }
 
 function strongest(frame) {
@@ -192,7 +184,7 @@ function hideMissing() {
 
 /** Show `frame`, and start to listen to events. */
 function begin(frame) {
-  $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
+  paintBar();
   measure();
   hideMissing();
   state.frame = frame;

@@ -87,9 +87,7 @@ function drawSkin(contacts, peaks) {
   contacts.toReversed().forEach((contact) => drawContact(pen, grid, contact, peaks.force));
   const told = contacts.map(({ track, f }) => `${track} with ${figures(f)} N`).join(", ");
   $("map").setAttribute("aria-label", `Map of the stress, frame ${numberOf(state.frame)}; contacts: ${told || "none"}`);
-  for (const tick of document.querySelectorAll("#legend [data-share]")) {
-    say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress));
-  }
+  drawTicks(peaks.stress, root);
   const unit = unitFor(PEAKS.force, "N");
   const longest = checked("arrows") ? `arrows: tangential forces, longest ${unit.of(peaks.force)} ${unit.name} · ` : "";
   say($("key"), `${longest}circles: centroids of the regions, red where the force is implausible`);
@@ -159,18 +157,12 @@ function listen() {
   for (const kind of ["pointermove", "pointerdown"]) {
     $("map").addEventListener(kind, ({ offsetX, offsetY }) => pick(gridOf($("map").clientWidth).taxelAt(offsetX, offsetY)));
   }
-  let width = document.body.clientWidth;
-  new ResizeObserver(() => {
-    if (document.body.clientWidth === width) return;
-    width = document.body.clientWidth;
-    drawAll();
-  }).observe(document.body);
-  narrow.addEventListener("change", () => drawPanels($("panels")));
+  listenToWidth();
 }
 
 /** Show `frame`, and start to listen to events. */
 function begin(frame) {
-  $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
+  paintBar();
   $("heads").innerHTML = COLUMNS.map(([, head]) => `<th scope="col">${head}</th>`).join("");
   measure();
   state.frame = frame;
