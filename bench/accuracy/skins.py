@@ -19,6 +19,7 @@ from tfra.model.cover.fem import Mesh, fem_frames
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Tfra
+from tfra.report.table import Table
 from tfra.train.heldout import NOISES, QUIET
 from tfra.train.skins import CONTACTS, COUNT, GAPS, SEED, Crowd, Seen, errors_of
 
@@ -144,8 +145,7 @@ def told(record: Mapping[str, Any]) -> str:
 
 
 def _markdown(heads: list[str], rows: list[list[str]]) -> str:
-    lines = [f"| {' | '.join(cells)} |" for cells in [heads, *rows]]
-    return "\n".join([lines[0], "|---" * len(heads) + "|", *lines[1:]])
+    return Table("", heads, rows, range(len(heads))).markdown()
 
 
 def main() -> None:

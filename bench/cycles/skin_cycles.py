@@ -17,6 +17,7 @@ from tfra.model.choices import Architecture
 from tfra.model.skin.finding import Finding
 from tfra.model.skin.records import records
 from tfra.model.skin.skin import Skin
+from tfra.report.table import Table
 from tfra.sim.run import simulate
 
 SIDES = (16, 32, 64, 128)
@@ -85,12 +86,12 @@ def draw(every: dict[int, dict[int, int]]) -> None:
 
 def table(every: dict[int, dict[int, int]]) -> str:
     """Markdown: a row for each array."""
-    heads = " | ".join(f"{count} contact{'s' * (count > 1)}" for count in CONTACTS)
-    lines = [f"| taxels | {heads} |", "|---:|" + "---:|" * len(CONTACTS)]
-    for side, found in every.items():
-        cells = " | ".join(f"{found[count]:,}" if count in found else "" for count in CONTACTS)
-        lines.append(f"| {side}×{side} | {cells} |")
-    return "\n".join(lines)
+    heads = ["taxels", *(f"{count} contact{'s' * (count > 1)}" for count in CONTACTS)]
+    rows = [
+        [f"{side}×{side}", *(f"{found[count]:,}" if count in found else "" for count in CONTACTS)]
+        for side, found in every.items()
+    ]
+    return Table("", heads, rows, ()).markdown()
 
 
 def main() -> None:
