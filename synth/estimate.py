@@ -179,7 +179,9 @@ def estimate(array: Design | Skin, family: Family, *, package: bool = False) -> 
     Elaborates the core, which takes half a second.
     """
     kind, blocks, counted = core_of(array).architecture.kind, {}, cell_counts(array, package=package)
-    around = counted.keys() - cell_counts(array.window).keys() if isinstance(array, Skin) else {"wrapper"}
+    around = {"wrapper"}
+    if isinstance(array, Skin) and kind != "parallel":
+        around = counted.keys() - cell_counts(array.window).keys()
     for name, counts in counted.items():
         like = "parallel" if name in around else kind  # what is around a core is no program
         priced = price(features(counts, family, like), prices(like))

@@ -82,7 +82,7 @@ class Contacts(SkinResult):
             raise InputError("Contacts.errors", "truth", f"is of {frame.max() + 1} frames, there are {len(self.found)}")
         assert self.project.skin
         sensor = self.project.skin.sensor
-        center = np.array([(each.center_x, each.center_y) for each in truth.contacts])
+        center = truth.arrays()["contact_center"]
         here = np.stack([self.x, self.y], axis=1) / np.array([sensor.pitch_x, sensor.pitch_y])
         true, seen = matched((frame, self.frame), (seen_at(center, truth.resultant, sensor), here))
         known, found = (
