@@ -16,7 +16,8 @@ from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.skin.unit import SkinUnit
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.skin.records import header_bits, record_bits, record_words
+from tfra.model.skin.records import ends as last_records
+from tfra.model.skin.records import record_bits, record_words
 from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.digest import digest, sources
 from tfra.runtime.errors import InputError
@@ -262,7 +263,7 @@ def _run(array: Design | Skin, job: Job, outcome: Outcome, simulator: str) -> Ru
     words = ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words)
     first, ends = np.arange(len(words)), np.arange(len(words))  # results that begin and end a frame
     if isinstance(array, Skin):
-        ends = np.flatnonzero(words[:, list(header_bits(array)).index("last")])
+        ends = np.flatnonzero(last_records(array, words))
         first = np.concatenate([[0], ends[:-1] + 1])
     return Run(
         words,

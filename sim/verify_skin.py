@@ -17,7 +17,7 @@ from tfra.model.converter import quantise
 from tfra.model.cover.scenes import wild_codes
 from tfra.model.fixed.layout import Field
 from tfra.model.skin.finding import Mark
-from tfra.model.skin.records import decode_records, header_bits, record_layout, records
+from tfra.model.skin.records import decode_records, ends, record_layout, records
 from tfra.model.skin.result import SkinResult, estimate
 from tfra.model.skin.scenes import recorded
 from tfra.model.skin.skin import Skin
@@ -124,9 +124,8 @@ class _Run:
 
     def simulate(self, count: int | None = None, **options: Any) -> Run:
         """Run the first ``count`` frames, by default all."""
-        last = list(header_bits(self.skin)).index("last")
-        ends = np.flatnonzero(self.expected[:, last])
-        expected = self.expected if count is None else self.expected[: ends[count - 1] + 1]
+        last = np.flatnonzero(ends(self.skin, self.expected))
+        expected = self.expected if count is None else self.expected[: last[count - 1] + 1]
         options |= {"expected": expected}
         stalls = self.pattern, self.pattern
         return simulate(self.skin, self.codes[:count], self.simulator, self.seed + self.number, *stalls, **options)
@@ -145,8 +144,7 @@ class _Run:
     def _frame(self) -> int:
         """The frame of the first mismatch, among those of this run."""
         assert self.first
-        last = list(header_bits(self.skin)).index("last")
-        return int(self.expected[: self.first[0], last].sum())
+        return int(ends(self.skin, self.expected[: self.first[0]]).sum())
 
     def __str__(self) -> str:
         assert self.first

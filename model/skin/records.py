@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tfra.model.arrays import Ints
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.layout import COUNTER_BITS, Field
 from tfra.model.fixed.words import decode
 from tfra.model.rounding import Overflow
@@ -59,6 +59,11 @@ def record_layout(skin: Skin) -> tuple[Field, ...]:
     return (*header, *words)
 
 
+def ends(skin: Skin, given: Ints) -> Bools:
+    """Which of the records ``(k, words)`` are the last one of their frame."""
+    return np.asarray(given[:, list(header_bits(skin)).index("last")] == 1)
+
+
 def record_bits(skin: Skin) -> int:
     """Bits of a word of a record, signed."""
     return max(skin.window.word_bits, *(bits + 1 for bits in header_bits(skin).values()))
@@ -102,8 +107,8 @@ def decode_records(skin: Skin, given: Ints) -> SkinResult:
     """The contacts of whole frames from their records ``(k, words)``; frames are numbered by their order."""
     count = len(header_bits(skin))
     header = dict(zip(header_bits(skin), given[:, :count].T, strict=True))
-    ends = header["last"] == 1
-    frame = np.cumsum(ends) - ends
+    last = ends(skin, given)
+    frame: Ints = np.cumsum(last) - last
     there = header["taxels"] > 0
     at = {name: header[name][there] for name in header}
     rows, columns = skin.shape
@@ -115,6 +120,6 @@ def decode_records(skin: Skin, given: Ints) -> SkinResult:
         top=corners(at["row"], rows),
         left=corners(at["column"], columns),
         marks=at["marks"] << MARK_SHIFT,
-        dropped=header["dropped"][ends],
+        dropped=header["dropped"][last],
     )
     return skin_result(skin, found, decode(skin.window, given[there, count:]))
