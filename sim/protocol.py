@@ -6,7 +6,7 @@ Nothing here depends on a simulator, so all of it can be tested without one.
 import json
 import os
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -94,6 +94,8 @@ class Job:
     drain: int = 256
     """Cycles after the last frame in which no word may follow."""
     probes: Sequence[Probe] = ()
+    settings: Mapping[str, int] = field(default_factory=dict)
+    """Constant inputs by their ports."""
 
     def save(self, path: Path) -> None:
         """Write the job for another process."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.skin.payloads import setting_ports
 from tfra.hdl.skin.unit import SkinUnit
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
@@ -152,10 +153,11 @@ def simulate(
 def _job(array: Design | Skin, gateware: Microarchitecture, codes: Ints, expected: Ints | None) -> Job:
     """The job without stalls."""
     words, bits = _result_shape(array)
-    results, patience = len(codes), _patience(gateware)
+    results, patience, settings = len(codes), _patience(gateware), {}
     if isinstance(array, Skin):
         results = int(_records(array, codes).sum())
         patience += 64 * array.sensor.taxels
+        settings = {name: port.init for name, port in setting_ports(array).items()}
     return Job(
         _patterns(codes, array.adc.bits),
         array.sensor.taxels,
@@ -164,6 +166,7 @@ def _job(array: Design | Skin, gateware: Microarchitecture, codes: Ints, expecte
         None if expected is None else _patterns(expected, bits),
         None if gateware.loaded is None else _patterns(gateware.loaded, gateware.design.coefficient_word),
         patience=patience,
+        settings=settings,
     )
 
 

@@ -112,6 +112,8 @@ async def _reset(dut: Any, job: Job) -> int:
     """Start the clock and reset the core; returns the simulator's time of the last edge with a reset."""
     dut.rst.value = 1
     dut.result_ready.value = 0
+    for name, value in job.settings.items():
+        dut[name].value = value
     for name in ("taxel",) if job.coefficients is None else ("load", "taxel"):
         dut[f"{name}_data"].value = dut[f"{name}_valid"].value = 0
     Clock(dut.clk, PERIOD, "step").start()

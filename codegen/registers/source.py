@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.bus.map import BITS, Field, Kind, Register, RegisterMap
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.ip.wrapper import interval
+from tfra.hdl.ip.wrapper import interval, skin_interval
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.choices import KINDS
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import repair_places
+from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
@@ -128,9 +130,10 @@ def _text(node: RegNode | FieldNode) -> str:
     return " ".join((node.get_property("desc") or "").split())
 
 
-def parameters(design: Design) -> dict[str, int]:
+def parameters(array: Design | Skin) -> dict[str, int]:
     """Values for the parameters of ``tfra.rdl``; they follow from the sidecar, and are the same for the same design."""
-    facts, core = sidecar(design), microarchitecture(design)
+    design, facts = core_of(array), sidecar(array)
+    core = microarchitecture(design)
     major, minor, patch = (int(number) for number in re.findall(r"\d+", version("tfra"))[:3])
     design_hash = int(facts["configuration_sha256"][:16], 16)
     return {
@@ -143,20 +146,34 @@ def parameters(design: Design) -> dict[str, int]:
         "ARCHITECTURE": KINDS.index(design.architecture.kind),
         "LOADABLE": int(core.loaded is not None),
         "TAXEL_FORCES": int("forces" in design.result_fields),
-        "ROWS": design.sensor.rows,
-        "COLUMNS": design.sensor.columns,
+        "ROWS": array.sensor.rows,
+        "COLUMNS": array.sensor.columns,
         "TAXEL_BITS": design.adc.bits,
-        "RESULT_BITS": design.word_bits,
+        "RESULT_BITS": facts["result"]["bits"],
         "COEFFICIENT_BITS": design.coefficient_word,
-        "RESULT_LENGTH": design.frame_words,
+        "RESULT_LENGTH": facts["result"]["transfers_per_frame"],
         "LATENCY_CYCLES": facts["axi_latency_cycles"]["first_word"],
-        "INTERVAL_CYCLES": interval(core),
+        "INTERVAL_CYCLES": skin_interval(SkinTiming.of(array)) if isinstance(array, Skin) else interval(core),
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
         "TAXELS_PER_BEAT": design.bus.taxels_per_beat,
-        "REPAIR_PLACES": repair_places(design.sensor.taxels),
+        "REPAIR_PLACES": repair_places(array.sensor.taxels),
+        **(_skin(array) if isinstance(array, Skin) else {}),
     }
 
 
-def registers_of(design: Design) -> RegisterMap:
+def _skin(skin: Skin) -> dict[str, int]:
+    """Values for the parameters of registers that only a skin has."""
+    rows, columns = skin.shape
+    return {
+        "SKIN": 1,
+        "WINDOW_ROWS": rows,
+        "WINDOW_COLUMNS": columns,
+        "MOST_CONTACTS": skin.choices.most,
+        "CONTACT_THRESHOLD": skin.choices.word,
+        "CONTACT_GAP": skin.choices.gap,
+    }
+
+
+def registers_of(array: Design | Skin) -> RegisterMap:
     """The register map with the values of a design; raises ``InputError`` without the compiler of SystemRDL."""
-    return register_map(parameters(design))
+    return register_map(parameters(array))

@@ -2,21 +2,24 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any, Literal
 
 import numpy as np
+from amaranth import Shape
 from fxpmath import Fxp
 
 from tfra.codegen.sidecar import schema as form
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.ip.wrapper import latencies
+from tfra.hdl.ip.wrapper import latencies, skin_latencies
+from tfra.hdl.skin.payloads import setting_ports
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.rounding import Rounding
-from tfra.model.skin.finding import THRESHOLD_FRACTION
+from tfra.model.skin.finding import LARGEST_GAP, MOST, THRESHOLD_FRACTION
 from tfra.model.skin.records import record_bits, record_layout, record_words
 from tfra.model.skin.skin import Skin, core_of
 from tfra.recordings.facts import MEANINGS
@@ -77,7 +80,8 @@ def sidecar(array: Design | Skin, images: Sequence[Mapping[str, Any]] = ()) -> d
 
 
 def _with_skin(skin: Skin, window: form.Sidecar) -> form.Sidecar:
-    """The facts of the core of a ``window``, and of what is around it."""
+    """The facts of the core of a ``window``, and of what is around it; its cycles are the most of a usual frame."""
+    timing = SkinTiming.of(skin)
     part = form.Skin(
         rows=skin.sensor.rows,
         columns=skin.sensor.columns,
@@ -99,6 +103,9 @@ def _with_skin(skin: Skin, window: form.Sidecar) -> form.Sidecar:
             "configuration_sha256": hashlib.sha256(text.encode()).hexdigest(),
             "skin": part,
             "ports": core_ports(skin),
+            "latency_cycles": _latency(timing.latency, timing.frame_latency, *_CORE),
+            "axi_latency_cycles": _latency(*skin_latencies(timing), *_AXI),
+            "interval_cycles": timing.interval,
             "taxel": window.taxel.model_copy(update={"transfers_per_frame": skin.sensor.taxels}),
             "result": window.result.model_copy(update=more | {"value": value}),
         }
@@ -136,14 +143,18 @@ def _sidecar(design: Design, images: Sequence[Mapping[str, Any]]) -> form.Sideca
             transfers_per_frame=design.sensor.taxels, bits=design.adc.bits, order="row-major", lsb_pa=design.adc.lsb
         ),
         result=_results(design),
-        latency_cycles=_latency(core.latency, core.frame_latency, "taxel of a frame, the core", "result_ready"),
-        axi_latency_cycles=_latency(*latencies(core)[:2], "beat of a frame, core and wrapper", "m_axis_tready"),
+        latency_cycles=_latency(core.latency, core.frame_latency, *_CORE),
+        axi_latency_cycles=_latency(*latencies(core)[:2], *_AXI),
         interval_cycles=core.initiation_interval,
         multiplications_per_frame=design.multiplications,
         coefficients=coefficients,
         images=[form.Image.model_validate(image) for image in images],
         tools={name: version(name) for name in TOOLS},
     )
+
+
+_CORE = "taxel of a frame, the core", "result_ready"
+_AXI = "beat of a frame, core and wrapper", "m_axis_tready"
 
 
 def _latency(first: int, last: int, end: str, ready: str) -> form.Latency:
@@ -211,13 +222,18 @@ def computes(design: Design) -> str:
     )
 
 
+_Row = tuple[str, Literal["in", "out"], int, str]
+"""Name, direction, bits and meaning of a port."""
+
+
 def core_ports(array: Design | Skin) -> list[form.Port]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
     design = core_of(array)
     bits, ended = (record_bits(array), "record") if isinstance(array, Skin) else (array.word_bits, "frame")
-    rows: list[tuple[str, Literal["in", "out"], int, str]] = [
+    rows: list[_Row] = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),
+        *(_settings(array) if isinstance(array, Skin) else ()),
         ("load_data", "in", design.coefficient_word, "coefficient, signed"),
         ("load_valid", "in", 1, "load_data is there"),
         ("load_ready", "out", 1, "high after a reset until every coefficient is there"),
@@ -232,3 +248,15 @@ def core_ports(array: Design | Skin) -> list[form.Port]:
     loaded = microarchitecture(design).loaded is not None
     named = (form.Port(name=name, direction=way, bits=bits, note=note) for name, way, bits, note in rows)
     return [port for port in named if loaded or not port.name.startswith("load_")]
+
+
+def _settings(skin: Skin) -> Iterator[_Row]:
+    """Ports of the settings of a skin, which count for a frame as they are when its search begins."""
+    one = 1 << THRESHOLD_FRACTION
+    meanings = (
+        f"most contacts of a frame, 1 to {MOST}",
+        f"lowest peak over the highest, 1 to {one}, in 1/{one}",
+        f"taxels about a region that belong to no other contact, 0 to {LARGEST_GAP}",
+    )
+    for (name, port), meaning in zip(setting_ports(skin).items(), meanings, strict=True):
+        yield name, "in", Shape.cast(port.shape).width, f"setting: {meaning}; {port.init} as designed"

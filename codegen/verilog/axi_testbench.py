@@ -1,7 +1,7 @@
 """A testbench of the wrapper in plain Verilog: registers, frames of right and wrong lengths, stalls on both streams."""
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -11,49 +11,62 @@ from tfra.codegen.verilog.wrapper import input_bits
 from tfra.hdl.bus.map import BITS, Kind, RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import NUMBER
-from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
+from tfra.hdl.ip.framer import FAULTS, FORMAT_PLACE, version
 from tfra.hdl.ip.wrapper import interval
-from tfra.model.arrays import Ints
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import WORD, FrontEnd
+from tfra.model.skin.records import ends, records
+from tfra.model.skin.scenes import recorded as skin_frames
+from tfra.model.skin.skin import Skin, core_of
 from tfra.model.tfra import Status
 
 _USER = 0xA500
 """Number of the first frame."""
 
 
-def axi_testbench(design: Design) -> str:
+def axi_testbench(array: Design | Skin) -> str:
     """Text of the testbench ``NAME_axi_tb``; raises ``InputError`` without the compiler of the register map."""
-    registers, core, bits = registers_of(design), microarchitecture(design), input_bits(design)
-    codes = recorded(design)
-    words = design.model(codes).words
+    design, registers, bits = core_of(array), registers_of(array), input_bits(array)
+    core = microarchitecture(design)
+    codes, words, last = _frames(array)
     beats = [_beats(design, frame) for frame in codes]
     wrong = [frame for frame in (beats[0][:-1], beats[0] + beats[0][:1]) if frame]  # no short frame of one beat
     sent = [beats[0], *wrong, *beats[1:]]
     places = [0, *range(1 + len(wrong), len(sent))]
-    output = _output(design, codes, words, np.array(places))
+    output = _output(array, codes, np.split(words, np.flatnonzero(last[:-1]) + 1), places)
     reported = ["long_frame", *["short_frame"] * (len(wrong) > 1)]
-    if (words[:, -1] & (Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)).any():
+    limited = words[:, -1] & (Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
+    if limited.any() or any(frame[1] >> FAULTS["saturation"] & 1 for frame in output):
         reported.append("saturation")
     errors = {field.name: field.mask for field in registers["ERRORS"].fields}
     loaded = b"" if core.loaded is None else core.loaded.astype("<i4").tobytes()
     return filled("axi_testbench.v.txt", design, {
         **_registers(registers),
-        "name": design.name,
+        "name": array.name,
         "frames": len(codes),
         "dropped": len(wrong),
         "reported": f"32'h{sum(errors[name] for name in reported):08x}",
         "crc": f"32'h{zlib.crc32(loaded):08x}",
-        "words": output.size,
-        "frame": HEADER_WORDS + design.frame_words,
+        "words": sum(map(len, output)),
         "bits": bits,
         "address_top": registers.address_bits - 1,
         "last_beat": sum(map(len, sent)) - 1,
-        "patience": 20 * interval(core) + 1000,
+        "patience": 20 * interval(core) + 1000 + (40 * array.sensor.taxels if isinstance(array, Skin) else 0),
         "store_sent": store("sent", "beats", bits + NUMBER + 1),
-        "store_result": store("result", "expected", BITS),
+        "store_result": store("result", "expected", BITS + 1),
         "given": "\n".join(_given(sent, dict(zip(places, output, strict=True)), bits)),
     })
+
+
+def _frames(array: Design | Skin) -> tuple[Ints, Ints, Bools]:
+    """Codes of the frames ``(n, taxels)``, the words of their results or records, and which of these end a frame."""
+    if isinstance(array, Skin):
+        codes = skin_frames(array)
+        words = records(array, codes, lambda windows: array.window.model(windows).words)
+        return codes.reshape(len(codes), -1), words, ends(array, words)
+    codes = recorded(array)
+    return codes, array.model(codes).words, np.ones(len(codes), dtype=np.bool_)
 
 
 def _beats(design: Design, codes: Ints) -> list[int]:
@@ -64,12 +77,17 @@ def _beats(design: Design, codes: Ints) -> list[int]:
     return [sum(word << WORD * slot for slot, word in enumerate(words[start : start + slots])) for start in starts]
 
 
-def _output(design: Design, codes: Ints, words: Ints, sequence: Ints) -> Ints:
-    """Output frames ``(n, beats)`` of frames with the places ``sequence`` among all that are sent."""
-    flags = FrontEnd(design)(codes & ((1 << WORD) - 1)).flags
+def _output(array: Design | Skin, codes: Ints, words: Sequence[Ints], sequence: Sequence[int]) -> list[Ints]:
+    """Beats of each output frame, of frames with the places ``sequence`` among all that are sent; the last is marked."""
+    flags = FrontEnd(array)(codes & ((1 << WORD) - 1)).flags
     faults = sum(flags[name].astype(np.int64) << FAULTS[name] for name in flags)
-    head = np.stack([sequence | (_USER + sequence) << NUMBER, faults | FORMAT << FORMAT_PLACE], axis=1)
-    return np.concatenate([head, words], axis=1)
+    output = []
+    for place, fault, each in zip(sequence, np.atleast_1d(faults), words, strict=True):
+        head = [place | (_USER + place) << NUMBER, fault | version(array) << FORMAT_PLACE]
+        beats = np.concatenate([head, each.ravel()]) & ((1 << BITS) - 1)
+        beats[-1] |= 1 << BITS
+        output.append(beats)
+    return output
 
 
 def _given(sent: list[list[int]], output: dict[int, Ints], bits: int) -> Iterator[str]:
@@ -77,7 +95,7 @@ def _given(sent: list[list[int]], output: dict[int, Ints], bits: int) -> Iterato
         yield f"      // frame {place}{'' if place in output else ', of a wrong length'}"
         user, last = (_USER + place) << bits, 1 << bits + NUMBER
         yield from calls("sent", [*(user | beat for beat in data[:-1]), last | user | data[-1]], bits + NUMBER + 1)
-        yield from calls("result", output.get(place, ()), BITS)
+        yield from calls("result", output.get(place, ()), BITS + 1)
 
 
 def _registers(registers: RegisterMap) -> dict[str, object]:

@@ -76,7 +76,7 @@ class Top(wiring.Component):
 
     def __init__(self, array: Design | Skin) -> None:
         self._core = SkinUnit(array) if isinstance(array, Skin) else microarchitecture(array).build()
-        self._signals = _stream_signals(self._core)
+        self._signals = _core_signals(self._core)
         flows = {port.name: FLOWS[port.direction] for port in core_ports(array)}
         super().__init__({name: flows[name](signal.shape()) for name, signal in self._signals.items()})
 
@@ -98,16 +98,19 @@ def connect_ports(m: Module, top: wiring.Component, signals: Mapping[str, Value]
             m.d.comb += signal.eq(pin) if port.flow is In else pin.eq(signal)
 
 
-def core_instance(design: Design, around: Any, reset: Value) -> Instance:
-    """The core as a module from elsewhere, on the streams ``load``, ``taxel``, ``result`` of ``around``."""
-    signals = {"clk": ClockSignal(), "rst": reset, **_stream_signals(around)}
-    pins = {f"{port.direction[0]}_{port.name}": signals[port.name] for port in core_ports(design)}
-    return Instance(design.name, **pins)
+def core_instance(array: Design | Skin, around: Any, reset: Value) -> Instance:
+    """The core as a module from elsewhere, on the ports ``load``, ``taxel``, ``result`` of ``around``."""
+    signals = {"clk": ClockSignal(), "rst": reset, **_core_signals(around)}
+    pins = {f"{port.direction[0]}_{port.name}": signals[port.name] for port in core_ports(array)}
+    return Instance(array.name, **pins)
 
 
-def _stream_signals(around: Any) -> dict[str, Value]:
-    """Signals of the streams of a core, or of what is ``around`` it, by the names of the core's ports."""
+def _core_signals(around: Any) -> dict[str, Value]:
+    """Signals of a core, or of what is ``around`` it, by the names of the core's ports."""
     signals: dict[str, Value] = {}
+    if "contacts" in around.signature.members:  # settings of a skin
+        contacts = around.contacts
+        signals |= {f"contacts_{name}": getattr(contacts, name) for name in contacts.signature.members}
     for name in (name for name in around.signature.members if name in ("load", "taxel", "result")):
         port = getattr(around, name)
         words = port.payload

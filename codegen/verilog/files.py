@@ -59,7 +59,6 @@ def modules(array: Design | Skin, *, package: bool, pins: bool) -> dict[str, str
     _, texts = core(array)
     name, ports = array.name, core_ports(array)
     if package:
-        assert not isinstance(array, Skin)
         name, ports = module_name(array), ports_of(array)
         texts[f"{name}.v"] = wrapper_verilog(array)
     return texts | ({f"{name}_pins.v": pins_verilog(name, ports)} if pins else {})

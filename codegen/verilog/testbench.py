@@ -6,9 +6,11 @@ from string import Template
 from typing import Any
 
 import numpy as np
+from amaranth import Shape
 
 from tfra.codegen.verilog.header import frame_lines
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.skin.payloads import setting_ports
 from tfra.model.arrays import Ints
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
@@ -50,10 +52,11 @@ def testbench(array: Design | Skin, facts: dict[str, Any]) -> str:
         words, bits = records(array, codes, lambda windows: design.model(windows).words), record_bits(array)
         searching = 40 * array.sensor.taxels  # cycles between two contacts, at most
         given = [*calls("code", codes.ravel(), array.adc.bits), *calls("result", words.ravel(), bits)]
+        settings = [f" .{name}({Shape.cast(port.shape).width}'d{port.init})," for name, port in setting_ports(array).items()]
     else:
         design, codes, bits, searching = array, recorded(array), array.word_bits, 0
         words = design.model(codes).words
-        given = [*_frames(design, codes, words)]
+        given, settings = [*_frames(design, codes, words)], []
     values = {
         "name": array.name,
         "frames": len(codes),
@@ -63,6 +66,7 @@ def testbench(array: Design | Skin, facts: dict[str, Any]) -> str:
         "word_top": bits - 1,
         "last_taxel": codes.size - 1,
         "last_word": words.size - 1,
+        "settings": "".join(settings),
         "patience": 20 * facts["interval_cycles"] + searching + 1000,
         "formats": "\n".join(f"// {line}" for line in frame_lines(facts)),
         "store_code": store("code", "taxels", array.adc.bits),

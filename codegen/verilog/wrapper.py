@@ -15,12 +15,14 @@ from tfra.hdl.bus.map import BITS, BYTES
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import NUMBER
 from tfra.hdl.ip import framer
-from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
+from tfra.hdl.ip.framer import FAULTS, FORMAT_PLACE, HEADER_WORDS, forces, version
 from tfra.hdl.ip.wrapper import Wrapper
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed import front_end
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import WORD
+from tfra.model.skin.records import record_words
+from tfra.model.skin.skin import Skin, core_of
 
 RULES = {
     "clock": "every port belongs to aclk and counts at its rising edge",
@@ -42,35 +44,40 @@ RULES = {
 _Way = Literal["in", "out"]
 
 
-def check_wrapped(design: Design) -> None:
+def check_wrapped(array: Design | Skin) -> None:
     """Raise ``ValueError`` that names a section of CONFIG where converter or result words do not fit the wrapper."""
-    front_end.check(design)
-    framer.check(design)
+    front_end.check(array)
+    framer.check(array)
 
 
-def wrapper(design: Design) -> Wrapper:
-    """Everything around the core of ``design``; raises ``ValueError`` for a converter that does not fit.
+def wrapper(array: Design | Skin) -> Wrapper:
+    """Everything around the core of a design or a skin; raises ``ValueError`` for a converter that does not fit.
 
     Raises ``InputError`` without the compiler of the register map.
     """
-    return Wrapper(design, registers_of(design), loaded=microarchitecture(design).loaded is not None)
+    return Wrapper(array, registers_of(array), loaded=microarchitecture(core_of(array)).loaded is not None)
 
 
-def module_name(design: Design) -> str:
+def module_name(array: Design | Skin) -> str:
     """Name of the wrapper's module."""
-    return f"{design.name}_axi"
+    return f"{array.name}_axi"
 
 
-def input_bits(design: Design) -> int:
+def slots_of(array: Design | Skin) -> int:
+    """Taxels in a beat."""
+    return core_of(array).bus.taxels_per_beat
+
+
+def input_bits(array: Design | Skin) -> int:
     """Bits of a beat of taxels."""
-    return WORD * design.bus.taxels_per_beat
+    return WORD * slots_of(array)
 
 
-def ports_of(design: Design) -> list[Port]:
+def ports_of(array: Design | Skin) -> list[Port]:
     """Ports of the module in order; names are those of AMBA."""
-    slots = design.bus.taxels_per_beat
+    slots = slots_of(array)
     beat = f"{slots} taxels, {WORD} bits each, the first one lowest" if slots > 1 else "a taxel"
-    address = [("addr", registers_of(design).address_bits, "address, in bytes"), ("prot", 3, "ignored")]
+    address = [("addr", registers_of(array).address_bits, "address, in bytes"), ("prot", 3, "ignored")]
     answer, number = ("resp", 2, "0 OKAY, 2 SLVERR"), ("user", NUMBER, "frame number, with tlast")
     last = ("last", 1, "last beat of a frame")
     cut = ("user", 1, "1, with tlast: a soft reset ended this frame: throw it away")
@@ -82,7 +89,7 @@ def ports_of(design: Design) -> list[Port]:
         *_channel("s_axi_b", "out", [answer]),
         *_channel("s_axi_ar", "in", address),
         *_channel("s_axi_r", "out", [("data", BITS, "word read"), answer]),
-        *_channel("s_axis_t", "in", [("data", input_bits(design), beat), number, last]),
+        *_channel("s_axis_t", "in", [("data", input_bits(array), beat), number, last]),
         *_channel("m_axis_t", "out", [("data", BITS, "a beat of the output frame"), cut, last]),
         Port(name="irq", direction="out", bits=1, note="high while an enabled bit of INTERRUPT_STATUS is 1"),
     ]
@@ -99,9 +106,9 @@ def _channel(prefix: str, way: _Way, words: list[tuple[str, int, str]]) -> list[
 class Top(wiring.Component):
     """The wrapper under the standard's port names, and the core as a module from elsewhere."""
 
-    def __init__(self, design: Design) -> None:
-        self._design, self._wrapper = design, wrapper(design)
-        self.ports = ports_of(design)
+    def __init__(self, array: Design | Skin) -> None:
+        self._array, self._wrapper = array, wrapper(array)
+        self.ports = ports_of(array)
         super().__init__({port.name: FLOWS[port.direction](port.bits) for port in self.ports})
 
     def elaborate(self, platform: Any) -> Module:
@@ -111,7 +118,7 @@ class Top(wiring.Component):
         m.d.comb += sync.clk.eq(self.aclk)
         m.d.comb += sync.rst.eq(~self.aresetn)
         connect_ports(m, self, _signals(inner))
-        m.submodules.instance = core_instance(self._design, inner, inner.core_reset)
+        m.submodules.instance = core_instance(self._array, inner, inner.core_reset)
         return m
 
 
@@ -134,41 +141,45 @@ def _signals(inner: Wrapper) -> dict[str, Any]:
     }
 
 
-def wrapper_verilog(design: Design) -> str:
+def wrapper_verilog(array: Design | Skin) -> str:
     """Verilog of the module ``NAME_axi``, which has one instance of the core's, ``NAME``; the same text always.
 
     Raises ``ValueError`` for a converter of fewer than 8 or more than 16 bits or a result word beyond 32,
     ``InputError`` without the compiler of the register map, ``ToolError`` when yosys fails.
     """
-    name, top = module_name(design), Top(design)
+    name, top = module_name(array), Top(array)
     order = [port.name for port in top.ports]
-    cells = (file.read_text() for file in cell_models(design.target, "multiplier"))
-    return header(design, top.ports) + plain_verilog(to_rtlil(top, name), name, order, cells)
+    cells = (file.read_text() for file in cell_models(core_of(array).target, "multiplier"))
+    return header(array, top.ports) + plain_verilog(to_rtlil(top, name), name, order, cells)
 
 
-def header(design: Design, ports: Sequence[Port]) -> str:
+def header(array: Design | Skin, ports: Sequence[Port]) -> str:
     """Comment at the head: ``ports``, rules, frames, and where the registers are described."""
-    facts, array, beat = sidecar(design), design.sensor, design.bus.taxels_per_beat
-    beats = -(-array.taxels // beat)
-    text = f"Module {module_name(design)} has one instance of {design.name}, which is in {design.name}.v."
+    facts, sensor, beat = sidecar(array), array.sensor, slots_of(array)
+    beats = -(-sensor.taxels // beat)
+    text = f"Module {module_name(array)} has one instance of {array.name}, which is in {array.name}.v."
     sections = {
         "Frames in": [
-            f"{array.rows} x {array.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat",
-            f"a word has {design.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}",
+            f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat",
+            f"a word has {array.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}",
             "a frame of another length is dropped and counted",
         ],
-        "Frames out": _frames_out(design),
+        "Frames out": _frames_out(array),
         "Registers": ["those of registers/tfra.h, from address 0 on; CONTROL.run = 1 starts the core"],
     }
     return head(facts, " behind AXI", text, [port.model_dump() for port in ports], RULES, sections)
 
 
-def _frames_out(design: Design) -> Iterator[str]:
+def _frames_out(array: Design | Skin) -> Iterator[str]:
     flags = ", ".join(f"{place} {name}" for name, place in FAULTS.items())
-    first, last = HEADER_WORDS, HEADER_WORDS + design.frame_words - 1
     yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
-    yield from wrapped(f"word 1: faults of the frame, bits {flags}; bits 31:{FORMAT_PLACE} format, {FORMAT}", 2)
-    yield f"words {first}..{last}: those of {design.name}.v, their signs extended to {BITS} bits; TLAST with the last"
-    if any(field.name == "forces" for field in design.layout):
+    yield from wrapped(f"word 1: faults of the frame, bits {flags}; bits 31:{FORMAT_PLACE} format, {version(array)}", 2)
+    if isinstance(array, Skin):
+        yield f"words from {HEADER_WORDS} on: records of {record_words(array)} words of {array.name}.v, one for each contact, their"
+        yield f"  signs extended to {BITS} bits; TLAST with the last word of the last record"
+    else:
+        first, last = HEADER_WORDS, HEADER_WORDS + array.frame_words - 1
+        yield f"words {first}..{last}: those of {array.name}.v, their signs extended to {BITS} bits; TLAST with the last"
+    if forces(array):
         yield "CONTROL.taxel_forces = 0 leaves the forces at the taxels out"
     yield "TUSER = 1 with TLAST, and all bits 1: a soft reset cut this frame; throw it away"

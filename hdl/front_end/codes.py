@@ -13,6 +13,7 @@ from tfra.hdl.primitives import Multiplier
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import DEVIATION, GAIN, PRODUCT_POINT, WEIGHT, WORD, repair_places
 from tfra.model.rounding import Rounding
+from tfra.model.skin.skin import Skin, core_of
 
 FETCH = 2
 """Cycles from a code's address to the multiplier."""
@@ -64,9 +65,9 @@ class Codes(wiring.Component):
     latency = Multiplier.latency + 3
     """Cycles from the multiplier's operands to the cycle that writes the code."""
 
-    def __init__(self, design: Design) -> None:
-        self._design = design
-        taxels, bits = design.sensor.taxels, design.adc.bits
+    def __init__(self, array: Design | Skin) -> None:
+        self._array = array
+        taxels, bits = array.sensor.taxels, array.adc.bits
         self._point = PRODUCT_POINT - bits  # bits of a product below the point of a code
         super().__init__({
             "taxel": In(product_slot(taxels)),
@@ -85,11 +86,11 @@ class Codes(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        memory = Ram(m, "memory", stored_code(self._design.adc.bits), 2 << len(self.address))
+        memory = Ram(m, "memory", stored_code(self._array.adc.bits), 2 << len(self.address))
         m.d.comb += self.stored.eq(memory.read(Cat(self.address, self.page), self.read))
         product, is_term = self._multiply(m, self.stored.code)
         total = self._accumulate(m, product, is_term)
-        code = register(m, saturate(total[self._point :].as_signed(), self._design.adc.bits), "code")
+        code = register(m, saturate(total[self._point :].as_signed(), self._array.adc.bits), "code")
         self._store(m, memory, code)
         return m
 
@@ -98,8 +99,8 @@ class Codes(wiring.Component):
 
         A code is moved up to a word, so that both products have their point at the same place.
         """
-        m.submodules.multiplier = multiplier = Multiplier(DEVIATION, GAIN + 1, self._design.target)
-        word = register(m, code, "source") << (WORD - self._design.adc.bits)
+        m.submodules.multiplier = multiplier = Multiplier(DEVIATION, GAIN + 1, core_of(self._array).target)
+        word = register(m, code, "source") << (WORD - self._array.adc.bits)
         weight = delayed(m, self.term.weight, FETCH, "weight")
         is_term = delayed(m, self.term.valid, FETCH, "is_term", control=True)
         m.d.comb += [
@@ -112,7 +113,7 @@ class Codes(wiring.Component):
         """The sum of a repair's products, or a taxel's product, and a half, which rounds."""
         half = Const(Rounding.HALF_UP.constant(self._point), self._point)
         product_bits = WEIGHT + WORD
-        most_terms = repair_places(self._design.sensor.taxels)
+        most_terms = repair_places(self._array.sensor.taxels)
         sum_bits = product_bits + most_terms.bit_length()
         adds = delayed(m, is_term, Multiplier.latency, "adds", control=True)
         ends = delayed(m, self.term.end, FETCH + Multiplier.latency, "ends")

@@ -11,6 +11,7 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.lib.streams import SkidBuffer
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 
 
 class OutputReader(wiring.Component):
@@ -30,8 +31,8 @@ class OutputReader(wiring.Component):
     latency = 4
     """Cycles from the first one in which a frame is ``waiting`` to the transfer of its first code, without repairs."""
 
-    def __init__(self, design: Design) -> None:
-        taxels, code = design.sensor.taxels, stored_code(design.adc.bits)
+    def __init__(self, array: Design | Skin) -> None:
+        taxels, code = array.sensor.taxels, stored_code(array.adc.bits)
         self._taxels = taxels
         super().__init__({
             "waiting": In(1),  # a frame is there, whose codes are written before they are read one by one

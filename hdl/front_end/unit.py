@@ -20,6 +20,7 @@ from tfra.hdl.lib.pipeline import delayed, occupancy, register
 from tfra.hdl.lib.streams import Buffer
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import check
+from tfra.model.skin.skin import Skin
 
 PAGES = 2
 """Frames whose codes are stored: one that comes, and one that is repaired and leaves."""
@@ -60,18 +61,18 @@ class FrontEnd(wiring.Component):
     cut_through = _WRITTEN + OutputReader.latency
     """Cycles from the transfer of a taxel to that of its code, if its frame is cut through."""
 
-    def __init__(self, design: Design) -> None:
-        check(design)
-        self._design = design
-        taxels = design.sensor.taxels
+    def __init__(self, array: Design | Skin) -> None:
+        check(array)
+        self._array = array
+        taxels = array.sensor.taxels
         self._intake = Intake(taxels)
         self._means = Means()
         self._history = History(taxels)
         self._calibrate = Calibrate(taxels)
-        self._codes = Codes(design)
+        self._codes = Codes(array)
         self._repair = Repair(taxels)
         self._faults = Faults(taxels)
-        self._reader = OutputReader(design)
+        self._reader = OutputReader(array)
         super().__init__({
             "i": In(stream.Signature(TAXEL)),  # row by row; a frame of another length is dropped
             "settings": In(SETTINGS),
@@ -80,7 +81,7 @@ class FrontEnd(wiring.Component):
             "tables": In(TABLES),
             "time": In(BITS),  # counts cycles
             "skip": In(1),  # during a reset: the frame that it cuts goes on afterwards, and its rest is dropped
-            "codes": Out(stream.Signature(signed(design.adc.bits))),  # row by row
+            "codes": Out(stream.Signature(signed(array.adc.bits))),  # row by row
             "facts": Out(stream.Signature(FACTS)),  # one transfer a frame, after its end
             "events": Out(EVENTS),
             "faulty": Out(FAULTY),
@@ -94,7 +95,7 @@ class FrontEnd(wiring.Component):
 
         A frame is taken while the one before is sent, and waits while that one is repaired.
         """
-        return self._design.sensor.taxels + self.latency + Repair.cycles(words, headers)
+        return self._array.sensor.taxels + self.latency + Repair.cycles(words, headers)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -1,9 +1,9 @@
-"""Facts and results of a frame become an output frame of 32-bit words."""
+"""Facts and results of a frame, or the records of its contacts, become an output frame of 32-bit words."""
 
 from typing import Any
 
 from amaranth import Cat, Const, Module, Signal, Value
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
@@ -12,16 +12,19 @@ from tfra.hdl.interface import ports
 from tfra.hdl.ip.output_stage import RESULT_BEAT
 from tfra.hdl.lib.pipeline import register, wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
+from tfra.hdl.skin import records
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.layout import COUNTER_BITS
+from tfra.model.fixed.layout import COUNTER_BITS, Field
+from tfra.model.skin.records import header_bits, record_bits, record_layout, record_words
+from tfra.model.skin.skin import Skin
 from tfra.model.tfra import Status
 
 HEADER_WORDS = 2
 """Words of an output frame before those of the core."""
-FORMAT = 1
-"""Version of the output frame."""
-FRAMES = 8
-"""Frames whose facts wait: at least as many as a core holds, or it would wait for them."""
+FORMAT, RECORDS_FORMAT = 1, 2
+"""Version of the output frame: of a core's result, and of the records of a skin."""
+FRAMES, SKIN_FRAMES = 8, 16
+"""Frames whose facts wait: at least as many as a core or a skin holds, or it would wait for them."""
 
 FAULTS = {"saturation": 2, "sequence_gap": 5, "simulated": 7, "out_of_range": 8, "stuck": 9}
 """Bits of the flags in the second word, which are those of ERRORS."""
@@ -30,10 +33,27 @@ FORMAT_PLACE = 24
 """Lowest bit of the version in the second word, to the highest one."""
 
 
-def check(design: Design) -> None:
+def check(array: Design | Skin) -> None:
     """Raise ``ValueError`` for result words that don't fit an output frame."""
-    if design.word_bits > BITS:
-        raise ValueError(f"formats: result words of {BITS} bits at most fit behind AXI, got {design.word_bits}")
+    bits = record_bits(array) if isinstance(array, Skin) else array.word_bits
+    if bits > BITS:
+        raise ValueError(f"formats: result words of {BITS} bits at most fit behind AXI, got {bits}")
+
+
+def result(array: Design | Skin) -> data.StructLayout:
+    """A word of a core's result, or of a record of a skin."""
+    return records.result(array) if isinstance(array, Skin) else ports.result(array)
+
+
+def forces(array: Design | Skin) -> Field | None:
+    """The forces at the taxels in the result or the record, if there are any."""
+    layout = record_layout(array) if isinstance(array, Skin) else array.layout
+    return next((field for field in layout if field.name.rpartition(".")[2] == "forces"), None)
+
+
+def version(array: Design | Skin) -> int:
+    """Version of the output frame."""
+    return RECORDS_FORMAT if isinstance(array, Skin) else FORMAT
 
 
 class Framer(wiring.Component):
@@ -46,17 +66,21 @@ class Framer(wiring.Component):
     WORDS      sends the other words of the core, or drops those of forces, or of a bad frame
     =========  ==========================================================================================
 
+    A frame of a skin has FRAME and WORDS for each of its records.
+
     Raises ``ValueError`` for result words that don't fit.
     """
 
-    def __init__(self, design: Design) -> None:
-        check(design)
-        self._words = design.frame_words
-        field = next((field for field in design.layout if field.name == "forces"), None)
+    def __init__(self, array: Design | Skin) -> None:
+        check(array)
+        skin, field = isinstance(array, Skin), forces(array)
+        self._format, self._frames = version(array), SKIN_FRAMES if skin else FRAMES
+        self._words = record_words(array) if isinstance(array, Skin) else array.frame_words
+        self._last = list(header_bits(array)).index("last") if isinstance(array, Skin) else None
         self._forces = range(0) if field is None else range(field.start, field.start + field.count)
         super().__init__({
             "facts": In(stream.Signature(FACTS)),  # one transfer a frame
-            "result": In(stream.Signature(ports.result(design))),
+            "result": In(stream.Signature(result(array))),
             "taxel_forces": In(1),  # setting: frames have the forces at the taxels
             "o": Out(stream.Signature(RESULT_BEAT)),  # combinational from ``result``
             "saturated": Out(1),  # pulse: a result that has ended reports it, or its frame was
@@ -65,7 +89,7 @@ class Framer(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.fifo = fifo = PerFrameFifo(FACTS, (), FRAMES)
+        m.submodules.fifo = fifo = PerFrameFifo(FACTS, (), self._frames)
         wiring.connect(m, wiring.flipped(self.facts), fifo.i)
         facts, result, o = fifo.o.p, self.result, self.o
         with_forces = Signal(init=1)
@@ -73,8 +97,12 @@ class Framer(wiring.Component):
         ends = result.valid & result.ready & result.p.last
         forces = self._inside(m, result.valid & result.ready) if self._forces else Const(0)
         drop = facts.bad | (forces & ~with_forces)
-        limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
-        saturated = ends & ~facts.bad & (facts.flags.saturation | limited.any())
+        limited = (result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)).any()
+        last, record_ends = result.p.last, ends
+        if self._last is not None:
+            is_last, limited = self._records(m, ends, limited)
+            last, ends = last & is_last, ends & is_last
+        saturated = ends & ~facts.bad & (facts.flags.saturation | limited)
         m.d.comb += [
             self.busy.eq(fifo.o.valid),
             o.p.started.eq(facts.started),
@@ -93,7 +121,7 @@ class Framer(wiring.Component):
                     m.next = "WORDS"
             with m.State("FAULTS"):
                 m.d.comb += o.valid.eq(1)
-                m.d.comb += o.p.data.eq(FORMAT << FORMAT_PLACE)
+                m.d.comb += o.p.data.eq(self._format << FORMAT_PLACE)
                 m.d.comb += [o.p.data[bit].eq(facts.flags[name]) for name, bit in FAULTS.items()]
                 with m.If(o.ready):
                     m.next = "FRAME"
@@ -104,19 +132,37 @@ class Framer(wiring.Component):
                     result.ready.eq(o.ready),
                 ]
                 with m.If(result.valid & o.ready):
-                    m.d.sync += frame.eq(frame + 1)
+                    if self._last is None:
+                        m.d.sync += frame.eq(frame + 1)
                     m.next = "WORDS"
             with m.State("WORDS"):
                 m.d.comb += [
                     o.valid.eq(result.valid & ~drop),
                     o.p.data.eq(result.p.data),
-                    o.p.last.eq(result.p.last),
+                    o.p.last.eq(last),
                     result.ready.eq(o.ready | drop),
                     fifo.o.ready.eq(ends),
                 ]
+                if self._last is not None:
+                    with m.If(record_ends & ~facts.bad):
+                        m.d.sync += frame.eq(frame + ends)
+                        m.next = "FRAME"
                 with m.If(ends):
                     m.next = "SEQUENCE"
         return m
+
+    def _records(self, m: Module, ends: Value, limited: Value) -> tuple[Value, Value]:
+        """Whether a record that ``ends`` is its frame's last one, and whether one of the frame was ``limited``."""
+        result = self.result
+        step = result.valid & result.ready
+        number, _ = wrapping_counter(m, step, self._words, "record_word")
+        last = Signal(reset_less=True)
+        earlier = Signal()
+        with m.If(step & (number == self._last)):
+            m.d.sync += last.eq(result.p.data[0])
+        with m.If(ends):
+            m.d.sync += earlier.eq(~last & (earlier | limited))
+        return last, earlier | limited
 
     def _inside(self, m: Module, step: Value) -> Value:
         """Whether the word at ``result`` is one of forces; a register."""

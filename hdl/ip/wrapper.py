@@ -13,11 +13,15 @@ from tfra.hdl.front_end.unit import PAGES, FrontEnd
 from tfra.hdl.interface import ports
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.ip.control import Control
-from tfra.hdl.ip.framer import HEADER_WORDS, Framer
+from tfra.hdl.ip.framer import HEADER_WORDS, Framer, result
 from tfra.hdl.ip.load import Load
 from tfra.hdl.ip.output_stage import OUTPUT_BEAT, OutputStage
 from tfra.hdl.ip.width_converter import WidthConverter, input_beat
+from tfra.hdl.skin.payloads import settings
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.fixed.design import Design
+from tfra.model.skin.records import record_words
+from tfra.model.skin.skin import Skin, core_of
 
 
 def latencies(core: Microarchitecture) -> tuple[int, int, int, int]:
@@ -48,6 +52,18 @@ def interval(core: Microarchitecture) -> int:
     return max(core.initiation_interval, HEADER_WORDS + core.design.frame_words)
 
 
+def skin_latencies(timing: SkinTiming) -> tuple[int, int]:
+    """As the first two of :func:`latencies`, the most of a skin that is idle."""
+    taxels, per_beat = timing.skin.sensor.taxels, timing.core.design.bus.taxels_per_beat
+    around = WidthConverter.latency(taxels, per_beat) + FrontEnd.latency + taxels - 1 + OutputStage.latency
+    return around + timing.latency, around + timing.frame_latency
+
+
+def skin_interval(timing: SkinTiming) -> int:
+    """As :func:`interval`, the most of a skin."""
+    return max(timing.interval, HEADER_WORDS + timing.skin.choices.most * record_words(timing.skin))
+
+
 class Wrapper(wiring.Component):
     """Frames of the converters in, output frames out, and registers that control both; the core is beside it.
 
@@ -57,15 +73,16 @@ class Wrapper(wiring.Component):
                                         └───────── facts of the frame ───────────▲
         axi ─▶ registers ─▶ control ─▶ settings, tables, load
 
-    ``loaded`` says whether the core of ``design`` has coefficients to be loaded.  Raises ``ValueError`` for converters
-    and result words that don't fit.
+    ``loaded`` says whether the core has coefficients to be loaded.  Raises ``ValueError`` for converters and result
+    words that don't fit.
     """
 
-    def __init__(self, design: Design, registers: RegisterMap, *, loaded: bool) -> None:
+    def __init__(self, array: Design | Skin, registers: RegisterMap, *, loaded: bool) -> None:
+        design = core_of(array)
         per_beat, coefficient = design.bus.taxels_per_beat, signed(design.coefficient_word)
         self._registers, self._control = Registers(registers), Control(registers)
-        self._converter = WidthConverter(design.sensor.taxels, per_beat)
-        self._front_end, self._framer, self._output = FrontEnd(design), Framer(design), OutputStage()
+        self._converter = WidthConverter(array.sensor.taxels, per_beat)
+        self._front_end, self._framer, self._output = FrontEnd(array), Framer(array), OutputStage()
         self._load = Load(design.coefficient_word) if loaded else None
         super().__init__({
             "axi": In(bus(registers.address_bits)),  # AXI4-Lite of the registers
@@ -74,8 +91,9 @@ class Wrapper(wiring.Component):
             "interrupt": Out(1),  # a level
             "core_reset": Out(1),  # a register
             "taxel": Out(stream.Signature(ports.taxel(design))),  # to the core
-            "result": In(stream.Signature(ports.result(design))),  # of the core
+            "result": In(stream.Signature(result(array))),  # of the core
             **({"load": Out(stream.Signature(coefficient))} if loaded else {}),  # to a core that is loaded
+            **({"contacts": Out(settings(array.choices))} if isinstance(array, Skin) else {}),  # to that of a skin
         })
 
     def elaborate(self, platform: Any) -> Module:
@@ -116,6 +134,12 @@ class Wrapper(wiring.Component):
         connect(m, control.settings, front_end.settings)
         connect(m, control.tables, front_end.tables)
         connect(m, control.events, front_end.events)
+        if "contacts" in self.signature.members:
+            m.d.comb += [
+                self.contacts.most.eq(control.hardware.CONTACTS.most),
+                self.contacts.threshold.eq(control.hardware.CONTACTS.threshold),
+                self.contacts.gap.eq(control.hardware.CONTACTS.gap),
+            ]
         m.d.comb += [
             self.interrupt.eq(self._registers.interrupt),
             front_end.tare.eq(control.tare),

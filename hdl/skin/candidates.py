@@ -10,7 +10,7 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import READ, busy_after, delayed, driver, register, serial_product
 from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import Buffer, always_ready_stream
-from tfra.hdl.skin.payloads import PAGES, SETTINGS, bitmap, height, most_peaks, peak
+from tfra.hdl.skin.payloads import PAGES, THRESHOLD, bitmap, height, most_peaks, peak
 from tfra.model.skin.finding import THRESHOLD_FRACTION
 from tfra.model.skin.skin import Skin
 
@@ -35,7 +35,7 @@ class Candidates(wiring.Component):
             "i": In(always_ready_stream(self._peak)),
             "ends": In(1),  # pulse, with the last peak or later: the frame is complete ...
             "highest": In(self._height),  # ... and this is its largest height
-            "threshold": In(SETTINGS.members["threshold"].shape),
+            "threshold": In(THRESHOLD),
             "waiting": Out(1),  # a frame is complete
             "begin": In(1),  # pulse: turn to it
             "settled": Out(1),  # a search may start

@@ -11,7 +11,7 @@ from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.skin.candidates import Candidates
 from tfra.hdl.skin.grown import Grown
-from tfra.hdl.skin.payloads import PAGES, SETTINGS, ending, height, peak, place, region
+from tfra.hdl.skin.payloads import PAGES, ending, height, peak, place, region, settings
 from tfra.hdl.skin.regions import Regions
 from tfra.model.skin.skin import Skin
 
@@ -40,7 +40,7 @@ class Finding(wiring.Component):
         self._rows, self._columns = skin.sensor.rows, skin.sensor.columns
         self._candidates, self._regions, self._grown = Candidates(skin), Regions(skin), Grown(skin)
         super().__init__({
-            "settings": In(SETTINGS),
+            "settings": In(settings(skin.choices)),  # as they are when the search of a frame begins
             "i": In(always_ready_stream(peak(skin))),
             "ends": In(1),  # see ``Peaks``
             "highest": In(height(skin)),
@@ -57,8 +57,13 @@ class Finding(wiring.Component):
         m.submodules.candidates, m.submodules.regions, m.submodules.grown = candidates, regions, grown
         connect(m, flipped(self.i), candidates.i)
         page = Signal(range(PAGES), init=PAGES - 1)
+        gap, most = Signal.like(self.settings.gap, reset_less=True), Signal.like(self.settings.most, reset_less=True)
         with m.If(candidates.begin):
-            m.d.sync += page.eq(~page)
+            m.d.sync += [
+                page.eq(~page),
+                gap.eq(self.settings.gap),
+                most.eq(self.settings.most),
+            ]
         m.d.comb += [
             candidates.ends.eq(self.ends),
             candidates.highest.eq(self.highest),
@@ -69,15 +74,15 @@ class Finding(wiring.Component):
             self.place.eq(regions.place),
             grown.first.eq(regions.o.rows.first),
             grown.last.eq(regions.o.rows.last),
-            grown.gap.eq(self.settings.gap),
+            grown.gap.eq(gap),
         ]
-        self._control(m)
+        self._control(m, most)
         return m
 
-    def _control(self, m: Module) -> None:
+    def _control(self, m: Module, most: Signal) -> None:
         """The states, and the region that waits to be taken."""
         regions = self._regions
-        found = Signal(self.settings.most.shape(), reset_less=True)
+        found = Signal.like(most)
         clear, fill, grow = Signal(), Signal(), Signal()
         blank = Signal()  # the region that waits is that of a frame without contact
         waiting = Signal()
@@ -92,7 +97,7 @@ class Finding(wiring.Component):
         with m.If(self.region.ready):
             m.d.sync += waiting.eq(0)
         with m.FSM():
-            self._add_search(m, found, clear, cleared)
+            self._add_search(m, found, found == most, clear, cleared)
             with m.State("START"), m.If(~waiting):
                 m.d.comb += regions.start.eq(1)
                 m.d.sync += found.eq(found + 1)
@@ -113,11 +118,10 @@ class Finding(wiring.Component):
                 m.d.sync += blank.eq(1)
                 m.next = "END"
 
-    def _add_search(self, m: Module, found: Signal, clear: Signal, cleared: Value) -> None:
+    def _add_search(self, m: Module, found: Signal, full: Value, clear: Signal, cleared: Value) -> None:
         """The states from a frame's first to the start of a region."""
         candidates, ending = self._candidates, driver(m, self.ending.payload)
         some = candidates.left != 0
-        full = found == self.settings.most
         with m.State("IDLE"):
             m.d.comb += candidates.begin.eq(candidates.waiting)
             m.d.sync += found.eq(0)

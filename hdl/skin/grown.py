@@ -7,7 +7,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import READ, delayed, register
-from tfra.hdl.skin.payloads import SETTINGS, bitmap, row
+from tfra.hdl.skin.payloads import GAP, bitmap, row
 from tfra.model.skin.skin import Skin
 
 _WRITTEN = READ + 1
@@ -33,7 +33,7 @@ class Grown(wiring.Component):
             "start": In(1),  # pulse
             "first": In(self._row),
             "last": In(self._row),
-            "gap": In(SETTINGS.members["gap"].shape),
+            "gap": In(GAP),
             "done": Out(1),  # pulse: all is marked
             "region": Out(bitmap(skin)),
             "taken": Out(bitmap(skin)),

@@ -2,10 +2,10 @@
 
 from amaranth import Shape, signed, unsigned
 from amaranth.lib import data, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Member, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.model.skin.finding import MOST, THRESHOLD_FRACTION
+from tfra.model.skin.finding import LARGEST_GAP, MOST, THRESHOLD_FRACTION, Finding
 from tfra.model.skin.records import header_bits
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.smoothing import GAIN
@@ -13,15 +13,23 @@ from tfra.model.skin.smoothing import GAIN
 PAGES = 2
 """Frames in the memories: one is taken while the one before is searched."""
 
-MOST_GAP = 4
-"""Largest gap about a region."""
+THRESHOLD = counter_shape(1 << THRESHOLD_FRACTION)
+"""The threshold as the comparison has it."""
+GAP = counter_shape(LARGEST_GAP)
 
-SETTINGS = wiring.Signature({
-    "most": Out(counter_shape(MOST)),
-    "threshold": Out(counter_shape(1 << THRESHOLD_FRACTION)),
-    "gap": Out(counter_shape(MOST_GAP)),
-})
-"""How contacts are told apart: see :class:`tfra.model.skin.finding.Finding`."""
+
+def settings(choices: Finding) -> wiring.Signature:
+    """How contacts are told apart: ``choices`` unless they are driven; other values than it allows are not."""
+    return wiring.Signature({
+        "most": Out(counter_shape(MOST), init=choices.most),
+        "threshold": Out(THRESHOLD, init=choices.word),
+        "gap": Out(GAP, init=choices.gap),
+    })
+
+
+def setting_ports(skin: Skin) -> dict[str, Member]:
+    """The settings by the names of a core's ports."""
+    return {f"contacts_{name}": member for name, member in settings(skin.choices).members.items()}
 
 
 def height(skin: Skin) -> Shape:

@@ -32,9 +32,12 @@ class SkinTiming:
     @property
     def finding(self) -> int:
         """Most cycles until the last region is known: one for each of the candidates, which are the contacts."""
+        return self.skin.sensor.rows + _FRAME + self.skin.choices.most * self._contact
+
+    @property
+    def _contact(self) -> int:
         choices, rows = self.skin.choices, math.ceil(2 * math.sqrt(self.taxels / math.pi))
-        each = _CONTACT + choices.most + _TAXEL * self.taxels + (5 + 3 * choices.gap) * rows
-        return self.skin.sensor.rows + _FRAME + choices.most * each
+        return _CONTACT + choices.most + _TAXEL * self.taxels + (5 + 3 * choices.gap) * rows
 
     @property
     def forces(self) -> int:
@@ -46,6 +49,11 @@ class SkinTiming:
     def interval(self) -> int:
         """Most cycles from frame to frame: taking, finding and forces go on side by side."""
         return max(self.skin.sensor.taxels, self.finding, self.forces)
+
+    @property
+    def latency(self) -> int:
+        """Most cycles from a frame's last taxel to its first word, in an idle unit: a second contact is found then."""
+        return self.skin.sensor.rows + _FRAME + self._contact + _CONTACT + self.skin.choices.most
 
     @property
     def frame_latency(self) -> int:

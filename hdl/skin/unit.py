@@ -13,7 +13,7 @@ from tfra.hdl.lib.streams import Fifo, Fork
 from tfra.hdl.skin.finding import Finding
 from tfra.hdl.skin.lines import raster
 from tfra.hdl.skin.pages import Pages
-from tfra.hdl.skin.payloads import PAGES, contact, ending, height
+from tfra.hdl.skin.payloads import PAGES, contact, ending, height, settings
 from tfra.hdl.skin.peaks import Peaks
 from tfra.hdl.skin.places import Places
 from tfra.hdl.skin.records import Records, result
@@ -35,7 +35,8 @@ class SkinUnit(wiring.Component):
                └▶ pages ─────────────────────────────────────────────── windows     └─────────────▶ records ─▶ result
 
     A taxel a cycle, also from frame to frame, unless ``PAGES`` frames are there: a page is free when the last window of
-    its frame has been read.  The settings are constants of the design.
+    its frame has been read.  ``contacts`` are settings, for
+    a frame as they are when its search begins.
     """
 
     def __init__(self, skin: Skin) -> None:
@@ -44,6 +45,7 @@ class SkinUnit(wiring.Component):
         load = {name: port for name, port in self._core.signature.members.items() if name == "load"}
         super().__init__({
             **load,  # as the core's
+            "contacts": In(settings(skin.choices)),
             "taxel": In(stream.Signature(ports.taxel(skin.window))),
             "result": Out(stream.Signature(result(skin))),
         })
@@ -100,10 +102,8 @@ class SkinUnit(wiring.Component):
             finding.height.eq(heights.o),
             finding.ends.eq(peaks.ends),
             finding.highest.eq(peaks.highest),
-            finding.settings.most.eq(skin.choices.most),
-            finding.settings.threshold.eq(skin.choices.word),
-            finding.settings.gap.eq(skin.choices.gap),
         ]
+        connect(m, flipped(self.contacts), finding.settings)
         return finding
 
     @staticmethod

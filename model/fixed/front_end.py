@@ -8,7 +8,8 @@ import numpy.typing as npt
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import round_shift, saturate
-from tfra.model.fixed.repair import repaired
+from tfra.model.fixed.repair import HEADER, PLACE, repaired
+from tfra.model.skin.skin import Skin
 
 WORD = 16
 """Bits of a converter's word, of which the low ones are used."""
@@ -29,6 +30,9 @@ MOST_AVERAGED = 6
 OLDEST = 255
 """A taxel's word is counted for so many frames at most."""
 
+MOST_TAXELS = HEADER >> PLACE
+"""A word of a repair can name no more."""
+
 FAULTS = ("saturation", "out_of_range", "stuck")
 """Faults of a taxel."""
 
@@ -41,15 +45,18 @@ def repair_places(taxels: int) -> int:
     return max(512, 1 << (13 * -(-taxels // 10) - 1).bit_length())
 
 
-def supported(design: Design) -> bool:
-    """Whether the front end can be built for ``design``."""
-    return LEAST_WORD <= design.adc.bits <= WORD
+def supported(array: Design | Skin) -> bool:
+    """Whether the front end can be built for a design or a skin."""
+    return LEAST_WORD <= array.adc.bits <= WORD and array.sensor.taxels <= MOST_TAXELS
 
 
-def check(design: Design) -> None:
-    """Raise ``ValueError`` for a design that it can't be built for."""
-    if not supported(design):
-        raise ValueError(f"adc.bits: {LEAST_WORD} to {WORD} are supported with the front end, got {design.adc.bits}")
+def check(array: Design | Skin) -> None:
+    """Raise ``ValueError`` for a design or a skin that it can't be built for."""
+    bits, taxels = array.adc.bits, array.sensor.taxels
+    if not LEAST_WORD <= bits <= WORD:
+        raise ValueError(f"adc.bits: {LEAST_WORD} to {WORD} are supported with the front end, got {bits}")
+    if not supported(array):
+        raise ValueError(f"sensor: up to {MOST_TAXELS} taxels are supported with the front end, got {taxels}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +136,9 @@ class Cleaned:
 class FrontEnd:
     """The bit-accurate model, with its state from call to call; ``tables`` may be exchanged at any time."""
 
-    def __init__(self, design: Design, settings: Settings | None = None, tables: Tables | None = None) -> None:
+    def __init__(
+        self, design: Design | Skin, settings: Settings | None = None, tables: Tables | None = None
+    ) -> None:
         check(design)
         self.design = design
         self.settings = settings or Settings(design.adc.bits)

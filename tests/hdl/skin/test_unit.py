@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from amaranth import ResetInserter, Signal
+from amaranth import Module, ResetInserter, Signal
+from amaranth.lib import wiring
 
 from tests.hdl.skin.memories import played
 from tests.hdl.skin.skins import bumps, frames_of, grid, learned_window, skin_of, small_window
@@ -194,3 +195,33 @@ def test_a_core_is_loaded_again_after_a_reset():
     want = records(skin, codes, window.model.words)
     loaded = microarchitecture(window).loaded.tolist()
     assert reset_run(skin, codes, want, loaded, (400,), seed=2) == want.ravel().tolist()
+
+
+class Chosen(wiring.Component):
+    """A skin's unit whose settings are driven by those of another."""
+
+    def __init__(self, skin, choices):
+        self._unit, self._choices = SkinUnit(skin), choices
+        super().__init__({name: self._unit.signature.members[name] for name in ("taxel", "result")})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.unit = unit = self._unit
+        wiring.connect(m, wiring.flipped(self.taxel), unit.taxel)
+        wiring.connect(m, unit.result, wiring.flipped(self.result))
+        m.d.comb += [
+            unit.contacts.most.eq(self._choices.most),
+            unit.contacts.threshold.eq(self._choices.word),
+            unit.contacts.gap.eq(self._choices.gap),
+        ]
+        return m
+
+
+@pytest.mark.usefixtures("stubbed")
+def test_settings_are_those_of_the_ports():
+    skin, other = skin_of(12, 20, WINDOW), skin_of(12, 20, WINDOW, most=2, gap=0, threshold=0.5)
+    codes = frames_of(skin, 4, 4)
+    want = records(other, codes, stub_words)
+    assert want.shape != records(skin, codes, stub_words).shape
+    seen = run(Chosen(skin, other.choices), {"taxel": codes.ravel().tolist()}, {"result": want.size}, limit=100_000)
+    assert [word["data"] for word in seen.values["result"]] == want.ravel().tolist()
