@@ -134,6 +134,7 @@ def parameters(array: Design | Skin) -> dict[str, int]:
     """Values for the parameters of ``tfra.rdl``; they follow from the sidecar, and are the same for the same design."""
     design, facts = core_of(array), sidecar(array)
     core = microarchitecture(design)
+    between = skin_interval(SkinTiming.of(array)) if isinstance(array, Skin) else interval(core)
     major, minor, patch = (int(number) for number in re.findall(r"\d+", version("tfra"))[:3])
     design_hash = int(facts["configuration_sha256"][:16], 16)
     return {
@@ -153,7 +154,7 @@ def parameters(array: Design | Skin) -> dict[str, int]:
         "COEFFICIENT_BITS": design.coefficient_word,
         "RESULT_LENGTH": facts["result"]["transfers_per_frame"],
         "LATENCY_CYCLES": facts["axi_latency_cycles"]["first_word"],
-        "INTERVAL_CYCLES": skin_interval(SkinTiming.of(array)) if isinstance(array, Skin) else interval(core),
+        "INTERVAL_CYCLES": between,
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
         "TAXELS_PER_BEAT": design.bus.taxels_per_beat,
         "REPAIR_PLACES": repair_places(array.sensor.taxels),

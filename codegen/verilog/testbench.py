@@ -52,7 +52,8 @@ def testbench(array: Design | Skin, facts: dict[str, Any]) -> str:
         words, bits = records(array, codes, lambda windows: design.model(windows).words), record_bits(array)
         searching = 40 * array.sensor.taxels  # cycles between two contacts, at most
         given = [*calls("code", codes.ravel(), array.adc.bits), *calls("result", words.ravel(), bits)]
-        settings = [f" .{name}({Shape.cast(port.shape).width}'d{port.init})," for name, port in setting_ports(array).items()]
+        ports = setting_ports(array).items()
+        settings = [f" .{name}({Shape.cast(port.shape).width}'d{port.init})," for name, port in ports]
     else:
         design, codes, bits, searching = array, recorded(array), array.word_bits, 0
         words = design.model(codes).words

@@ -175,11 +175,12 @@ def _frames_out(array: Design | Skin) -> Iterator[str]:
     yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
     yield from wrapped(f"word 1: faults of the frame, bits {flags}; bits 31:{FORMAT_PLACE} format, {version(array)}", 2)
     if isinstance(array, Skin):
-        yield f"words from {HEADER_WORDS} on: records of {record_words(array)} words of {array.name}.v, one for each contact, their"
-        yield f"  signs extended to {BITS} bits; TLAST with the last word of the last record"
+        yield f"words from {HEADER_WORDS} on: records of {record_words(array)} words of {array.name}.v, one for each contact,"
+        yield f"  their signs extended to {BITS} bits; TLAST with the last word of the last record"
     else:
         first, last = HEADER_WORDS, HEADER_WORDS + array.frame_words - 1
-        yield f"words {first}..{last}: those of {array.name}.v, their signs extended to {BITS} bits; TLAST with the last"
+        words = f"words {first}..{last}: those of {array.name}.v"
+        yield f"{words}, their signs extended to {BITS} bits; TLAST with the last"
     if forces(array):
         yield "CONTROL.taxel_forces = 0 leaves the forces at the taxels out"
     yield "TUSER = 1 with TLAST, and all bits 1: a soft reset cut this frame; throw it away"
