@@ -78,7 +78,7 @@ def _beats(design: Design, codes: Ints) -> list[int]:
 
 
 def _output(array: Design | Skin, codes: Ints, words: Sequence[Ints], sequence: Sequence[int]) -> list[Ints]:
-    """Beats of each output frame, of frames with the places ``sequence`` among all that are sent; the last is marked."""
+    """Beats of each output frame, the last one marked; ``sequence``: their places among all that are sent."""
     flags = FrontEnd(array)(codes & ((1 << WORD) - 1)).flags
     faults = sum(flags[name].astype(np.int64) << FAULTS[name] for name in flags)
     output = []

@@ -160,7 +160,7 @@ def header(array: Design | Skin, ports: Sequence[Port]) -> str:
     text = f"Module {module_name(array)} has one instance of {array.name}, which is in {array.name}.v."
     sections = {
         "Frames in": [
-            f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat",
+            f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last",
             f"a word has {array.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}",
             "a frame of another length is dropped and counted",
         ],
@@ -175,7 +175,8 @@ def _frames_out(array: Design | Skin) -> Iterator[str]:
     yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
     yield from wrapped(f"word 1: faults of the frame, bits {flags}; bits 31:{FORMAT_PLACE} format, {version(array)}", 2)
     if isinstance(array, Skin):
-        yield f"words from {HEADER_WORDS} on: records of {record_words(array)} words of {array.name}.v, one for each contact,"
+        words = f"records of {record_words(array)} words of {array.name}.v"
+        yield f"words from {HEADER_WORDS} on: {words}, one for each contact,"
         yield f"  their signs extended to {BITS} bits; TLAST with the last word of the last record"
     else:
         first, last = HEADER_WORDS, HEADER_WORDS + array.frame_words - 1

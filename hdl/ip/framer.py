@@ -94,14 +94,11 @@ class Framer(wiring.Component):
         facts, result, o = fifo.o.p, self.result, self.o
         with_forces = Signal(init=1)
         frame = Signal(COUNTER_BITS)
-        ends = result.valid & result.ready & result.p.last
+        record_ends = result.valid & result.ready & result.p.last
         forces = self._inside(m, result.valid & result.ready) if self._forces else Const(0)
         drop = facts.bad | (forces & ~with_forces)
         limited = (result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)).any()
-        last, record_ends = result.p.last, ends
-        if self._last is not None:
-            is_last, limited = self._records(m, ends, limited)
-            last, ends = last & is_last, ends & is_last
+        last, ends, limited = self._records(m, record_ends, limited)
         saturated = ends & ~facts.bad & (facts.flags.saturation | limited)
         m.d.comb += [
             self.busy.eq(fifo.o.valid),
@@ -151,9 +148,11 @@ class Framer(wiring.Component):
                     m.next = "SEQUENCE"
         return m
 
-    def _records(self, m: Module, ends: Value, limited: Value) -> tuple[Value, Value]:
-        """Whether a record that ``ends`` is its frame's last one, and whether one of the frame was ``limited``."""
+    def _records(self, m: Module, ends: Value, limited: Value) -> tuple[Value, Value, Value]:
+        """Whether a word is its frame's last one, and taken, and whether a record of the frame was ``limited``."""
         result = self.result
+        if self._last is None:
+            return result.p.last, ends, limited
         step = result.valid & result.ready
         number, _ = wrapping_counter(m, step, self._words, "record_word")
         last = Signal(reset_less=True)
@@ -162,7 +161,7 @@ class Framer(wiring.Component):
             m.d.sync += last.eq(result.p.data[0])
         with m.If(ends):
             m.d.sync += earlier.eq(~last & (earlier | limited))
-        return last, earlier | limited
+        return result.p.last & last, ends & last, earlier | limited
 
     def _inside(self, m: Module, step: Value) -> Value:
         """Whether the word at ``result`` is one of forces; a register."""

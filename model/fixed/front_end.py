@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Bools, Ints
-from tfra.model.fixed.design import Design
+from tfra.model.converter import Measured
 from tfra.model.fixed.numbers import round_shift, saturate
 from tfra.model.fixed.repair import HEADER, PLACE, repaired
-from tfra.model.skin.skin import Skin
 
 WORD = 16
 """Bits of a converter's word, of which the low ones are used."""
@@ -45,12 +44,12 @@ def repair_places(taxels: int) -> int:
     return max(512, 1 << (13 * -(-taxels // 10) - 1).bit_length())
 
 
-def supported(array: Design | Skin) -> bool:
+def supported(array: Measured) -> bool:
     """Whether the front end can be built for a design or a skin."""
     return LEAST_WORD <= array.adc.bits <= WORD and array.sensor.taxels <= MOST_TAXELS
 
 
-def check(array: Design | Skin) -> None:
+def check(array: Measured) -> None:
     """Raise ``ValueError`` for a design or a skin that it can't be built for."""
     bits, taxels = array.adc.bits, array.sensor.taxels
     if not LEAST_WORD <= bits <= WORD:
@@ -137,7 +136,7 @@ class FrontEnd:
     """The bit-accurate model, with its state from call to call; ``tables`` may be exchanged at any time."""
 
     def __init__(
-        self, design: Design | Skin, settings: Settings | None = None, tables: Tables | None = None
+        self, design: Measured, settings: Settings | None = None, tables: Tables | None = None
     ) -> None:
         check(design)
         self.design = design

@@ -7,13 +7,16 @@ from pathlib import Path
 import pytest
 
 from tests.model.fixed.learned.cases import learned_design
-from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters, register_map
+from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters, register_map, registers_of
 from tfra.hdl.bus.map import Kind
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.wrapper import latencies
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.model.skin.finding import Finding
+from tfra.model.skin.records import record_words
+from tfra.model.skin.skin import Skin
 from tfra.runtime.errors import InputError
 
 ROOT = Path(__file__).parents[3]
@@ -21,7 +24,7 @@ DESIGN = TfraDesign(SensorArray(3, 2, 4e-3, 4e-3, 3e-3), architecture=Architectu
 
 
 def test_every_address_is_in_the_source_and_every_bit_is_described() -> None:
-    registers = register_map({})
+    registers = register_map({"SKIN": 1})
     stated = {name: int(place, 16) for name, place in re.findall(r"} (\w+) @ (0x\w+);", SOURCE.read_text())}
     assert {register.name: register.address for register in registers.registers} == stated
     assert len(set(stated.values())) == len(stated)
@@ -31,8 +34,19 @@ def test_every_address_is_in_the_source_and_every_bit_is_described() -> None:
 
 def test_constants_are_the_cheap_ones() -> None:
     """They are in the first sixteen words, all of them and nothing else."""
-    for register in register_map({}).registers:
+    for register in register_map({"SKIN": 1}).registers:
         assert (register.address < 0x40) == all(f.kind is Kind.CONSTANT for f in register.fields), register.name
+
+
+def test_a_skin_alone_has_windows_and_contacts() -> None:
+    assert {register.name for register in register_map({}).registers}.isdisjoint({"WINDOW", "CONTACTS"})
+    skin = Skin(SensorArray(6, 9, 4e-3, 4e-3, 3e-3), DESIGN, Finding(most=5, threshold=0.5, gap=1))
+    registers = registers_of(skin)
+    found = {f"{r.name}.{f.name}": f.reset for r in registers.registers for f in r.fields}
+    assert (found["SENSOR.rows"], found["SENSOR.columns"]) == (6, 9)
+    assert (found["WINDOW.rows"], found["WINDOW.columns"]) == (3, 2)
+    assert [found[f"CONTACTS.{name}"] for name in ("most", "threshold", "gap")] == [5, 128, 1]
+    assert found["RESULT_WORDS.words"] == record_words(skin)
 
 
 @pytest.mark.parametrize(

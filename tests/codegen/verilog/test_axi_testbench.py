@@ -10,12 +10,14 @@ import pytest
 from tests.codegen.package.made import PARALLEL, write
 from tests.codegen.package.test_simulated import DESIGN
 from tests.codegen.test_generate import DESIGNS, change_word, few_frames, run_testbench
+from tests.hdl.skin.skins import skin_of, small_window
 from tfra.codegen.verilog.axi_testbench import axi_testbench
 from tfra.codegen.verilog.files import files
 from tfra.codegen.verilog.wrapper import wrapper_verilog
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.model.choices import Bus
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 
 pytestmark = pytest.mark.long
 
@@ -27,7 +29,7 @@ KINDS = {
 }
 
 
-def folder_of(design: Design, folder: Path) -> Path:
+def folder_of(design: Design | Skin, folder: Path) -> Path:
     """Core, wrapper and testbench."""
     name = design.name
     with few_frames():
@@ -83,3 +85,22 @@ def test_what_is_planted_is_noticed(short: Path, tmp_path: Path, file: str, stat
     output = run_testbench(tmp_path / "core", "short_axi")
     assert "FAILED" in output
     assert seen in output
+
+
+@pytest.fixture(scope="module")
+def skin(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A skin of 6 x 9 taxels with windows of 2 x 3: core, wrapper and testbench."""
+    window = replace(small_window(), name="skin", bus=Bus(2))
+    return folder_of(skin_of(6, 9, window, most=3), tmp_path_factory.mktemp("skin"))
+
+
+def test_it_passes_for_a_skin(skin: Path) -> None:
+    assert re.search(r"^PASSED: \d{3,} words compared, 0 differ$", run_testbench(skin, "skin_axi"), re.M)
+
+
+def test_a_frame_of_a_skin_that_ends_with_a_record_is_noticed(skin: Path, tmp_path: Path) -> None:
+    shutil.copytree(skin, tmp_path / "core")
+    text = (tmp_path / "core" / "skin.v").read_text()
+    assert text.count("assign result_data = ") == 1
+    (tmp_path / "core" / "skin.v").write_text(text.replace("assign result_data = ", "assign result_data = 1 | "))
+    assert "FAILED" in run_testbench(tmp_path / "core", "skin_axi")
