@@ -16,6 +16,10 @@ VENDOR = "tfra"
 _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
 """What software may do; it only reads the other kinds."""
 
+_REGISTER = re.compile(r"^ *<ipxact:register>.*?</ipxact:register>\n", re.M | re.S)
+_ABSENT = "<ipxact:isPresent>0<"
+"""IP-XACT has the registers that only other designs have, marked so, which not every tool heeds."""
+
 _FIELD = ("bits", "field", "access", "reset", "meaning")
 
 
@@ -49,7 +53,7 @@ def memory_maps(design: Design) -> str:
         exporter.export(compiled(parameters(design)), str(folder / "tfra.xml"), component_name="tfra")
         text = (folder / "tfra.xml").read_text(encoding="utf-8")
     (found,) = re.findall(r"^  <ipxact:memoryMaps>.*</ipxact:memoryMaps>$", text, re.M | re.S)
-    return str(found)
+    return _REGISTER.sub(lambda each: "" if _ABSENT in each[0] else each[0], str(found))
 
 
 def register_table(registers: RegisterMap) -> Table:
