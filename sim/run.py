@@ -18,7 +18,7 @@ from tfra.hdl.skin.unit import SkinUnit
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.skin.records import ends as last_records
-from tfra.model.skin.records import record_bits, record_words
+from tfra.model.skin.records import result_shape
 from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.digest import digest, sources
 from tfra.runtime.errors import InputError
@@ -152,7 +152,7 @@ def simulate(
 
 def _job(array: Design | Skin, gateware: Microarchitecture, codes: Ints, expected: Ints | None) -> Job:
     """The job without stalls."""
-    words, bits = _result_shape(array)
+    words, bits = result_shape(array)
     results, patience, settings = len(codes), _patience(gateware), {}
     if isinstance(array, Skin):
         results = int(_records(array, codes).sum())
@@ -186,13 +186,6 @@ def _by_frame(progress: Progress, records: Ints) -> Progress:
         counts[:] = done, whole
 
     return finished
-
-
-def _result_shape(array: Design | Skin) -> tuple[int, int]:
-    """Words of a result frame or a record, and bits of a word."""
-    if isinstance(array, Skin):
-        return record_words(array), record_bits(array)
-    return array.frame_words, array.word_bits
 
 
 def generated(array: Design | Skin, cache: Path) -> Netlist:
@@ -262,7 +255,7 @@ def _patience(core: Microarchitecture) -> int:
 def _run(array: Design | Skin, job: Job, outcome: Outcome, simulator: str) -> Run:
     if outcome.violations:
         raise ProtocolError(outcome)
-    half = 1 << (_result_shape(array)[1] - 1)
+    half = 1 << (result_shape(array)[1] - 1)
     words = ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words)
     first, ends = np.arange(len(words)), np.arange(len(words))  # results that begin and end a frame
     if isinstance(array, Skin):

@@ -103,7 +103,7 @@ class _Run:
         cls, skin: Skin, codes: Ints, number: int, simulator: str, seed: int, progress: Callable[[int], None] | None
     ) -> "_Run":
         part = codes[number :: len(PATTERNS)]
-        expected = records(skin, part, lambda windows: skin.window.model(windows).words)
+        expected = records(skin, part, skin.window.model.words)
         made = cls(skin, part, number, simulator, seed, expected)
         try:
             made.run = made.simulate(progress=progress)

@@ -54,7 +54,7 @@ def measured(side: int) -> dict[int, int]:
     of, found = skin(side), {}
     for count in (number for number in CONTACTS if number <= (side // PITCH) ** 2):
         codes = np.stack([frame(of, count)] * FRAMES)
-        expected = records(of, codes, lambda windows: of.window.model(windows).words)
+        expected = records(of, codes, of.window.model.words)
         assert len(expected) == count * FRAMES
         run = simulate(of, codes, "verilator", expected=expected)
         assert (run.compared, run.mismatches) == (expected.size, 0)

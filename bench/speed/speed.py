@@ -80,8 +80,10 @@ def run(engine: str) -> dict[str, Any]:
             "float": lambda: design.float_model,
             "c": lambda: Compiled(design).words,
             "csim": lambda: simulation(design, codes, folder),
+            "fixed": lambda: design.model,
+            "wide": lambda: design.model,
         }
-        model = models.get(kind, lambda: design.model)()
+        model = models[kind]()
         model(data[:100])
         for _ in range(REPEATS):
             start = time.perf_counter()

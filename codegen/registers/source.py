@@ -134,7 +134,7 @@ def parameters(array: Design | Skin) -> dict[str, int]:
     """Values for the parameters of ``tfra.rdl``; they follow from the sidecar, and are the same for the same design."""
     design, facts = core_of(array), sidecar(array)
     core = microarchitecture(design)
-    between = skin_interval(SkinTiming.of(array)) if isinstance(array, Skin) else interval(core)
+    between = skin_interval(SkinTiming.of(array, core)) if isinstance(array, Skin) else interval(core)
     major, minor, patch = (int(number) for number in re.findall(r"\d+", version("tfra"))[:3])
     design_hash = int(facts["configuration_sha256"][:16], 16)
     return {

@@ -20,7 +20,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.rounding import Rounding
 from tfra.model.skin.finding import LARGEST_GAP, MOST, THRESHOLD_FRACTION
-from tfra.model.skin.records import record_bits, record_layout, record_words
+from tfra.model.skin.records import record_layout, result_shape
 from tfra.model.skin.skin import Skin, core_of
 from tfra.recordings.facts import MEANINGS
 from tfra.recordings.skin_facts import MARKS
@@ -95,7 +95,8 @@ def _with_skin(skin: Skin, window: form.Sidecar) -> form.Sidecar:
     text = json.dumps([window.configuration_sha256, part.model_dump()], sort_keys=True)
     meanings = HEADER | {f"window.{name}": text for name, text in _FIELDS.items()}
     fields = [_result_field(field, meanings) for field in record_layout(skin)]
-    more = {"transfers_per_frame": record_words(skin), "bits": record_bits(skin), "fields": fields}
+    words, bits = result_shape(skin)
+    more = {"transfers_per_frame": words, "bits": bits, "fields": fields}
     value = f"{window.result.value}; each contact of a frame has such a record, the highest peak first"
     return window.model_copy(
         update={
@@ -229,7 +230,8 @@ _Row = tuple[str, Literal["in", "out"], int, str]
 def core_ports(array: Design | Skin) -> list[form.Port]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
     design = core_of(array)
-    bits, ended = (record_bits(array), "record") if isinstance(array, Skin) else (array.word_bits, "frame")
+    _, bits = result_shape(array)
+    ended = "record" if isinstance(array, Skin) else "frame"
     rows: list[_Row] = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),

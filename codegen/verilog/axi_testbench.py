@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tfra.codegen.registers.source import registers_of
-from tfra.codegen.verilog.testbench import calls, filled, recorded, store
+from tfra.codegen.verilog.testbench import calls, filled, patience, recorded, store
 from tfra.codegen.verilog.wrapper import input_bits
 from tfra.hdl.bus.map import BITS, Kind, RegisterMap
 from tfra.hdl.cores import microarchitecture
@@ -52,7 +52,7 @@ def axi_testbench(array: Design | Skin) -> str:
         "bits": bits,
         "address_top": registers.address_bits - 1,
         "last_beat": sum(map(len, sent)) - 1,
-        "patience": 20 * interval(core) + 1000 + (40 * array.sensor.taxels if isinstance(array, Skin) else 0),
+        "patience": patience(array, interval(core)),
         "store_sent": store("sent", "beats", bits + NUMBER + 1),
         "store_result": store("result", "expected", BITS + 1),
         "given": "\n".join(_given(sent, dict(zip(places, output, strict=True)), bits)),
@@ -63,7 +63,7 @@ def _frames(array: Design | Skin) -> tuple[Ints, Ints, Bools]:
     """Codes of the frames ``(n, taxels)``, the words of their results or records, and which of these end a frame."""
     if isinstance(array, Skin):
         codes = skin_frames(array)
-        words = records(array, codes, lambda windows: array.window.model(windows).words)
+        words = records(array, codes, array.window.model.words)
         return codes.reshape(len(codes), -1), words, ends(array, words)
     codes = recorded(array)
     return codes, array.model(codes).words, np.ones(len(codes), dtype=np.bool_)

@@ -14,7 +14,7 @@ from tfra.hdl.skin.payloads import setting_ports
 from tfra.model.arrays import Ints
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
-from tfra.model.skin.records import record_bits, records
+from tfra.model.skin.records import records, result_shape
 from tfra.model.skin.scenes import recorded as skin_frames
 from tfra.model.skin.skin import Skin
 
@@ -45,17 +45,23 @@ def recorded(design: Design) -> Ints:
     return codes.reshape(len(codes), -1)
 
 
+def patience(array: Design | Skin, interval: int) -> int:
+    """Cycles without a word after which a core hangs whose frames are ``interval`` cycles apart."""
+    searching = 40 * array.sensor.taxels if isinstance(array, Skin) else 0  # cycles between two contacts, at most
+    return 20 * interval + searching + 1000
+
+
 def testbench(array: Design | Skin, facts: dict[str, Any]) -> str:
     """Text of the testbench ``NAME_tb``; ``facts`` are those of the sidecar."""
+    _, bits = result_shape(array)
     if isinstance(array, Skin):
         design, codes = array.window, skin_frames(array)
-        words, bits = records(array, codes, lambda windows: design.model(windows).words), record_bits(array)
-        searching = 40 * array.sensor.taxels  # cycles between two contacts, at most
+        words = records(array, codes, design.model.words)
         given = [*calls("code", codes.ravel(), array.adc.bits), *calls("result", words.ravel(), bits)]
         ports = setting_ports(array).items()
         settings = [f" .{name}({Shape.cast(port.shape).width}'d{port.init})," for name, port in ports]
     else:
-        design, codes, bits, searching = array, recorded(array), array.word_bits, 0
+        design, codes = array, recorded(array)
         words = design.model(codes).words
         given, settings = [*_frames(design, codes, words)], []
     values = {
@@ -68,7 +74,7 @@ def testbench(array: Design | Skin, facts: dict[str, Any]) -> str:
         "last_taxel": codes.size - 1,
         "last_word": words.size - 1,
         "settings": "".join(settings),
-        "patience": 20 * facts["interval_cycles"] + searching + 1000,
+        "patience": patience(array, facts["interval_cycles"]),
         "formats": "\n".join(f"// {line}" for line in frame_lines(facts)),
         "store_code": store("code", "taxels", array.adc.bits),
         "store_result": store("result", "expected", bits),

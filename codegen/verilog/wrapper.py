@@ -156,11 +156,11 @@ def wrapper_verilog(array: Design | Skin) -> str:
 def header(array: Design | Skin, ports: Sequence[Port]) -> str:
     """Comment at the head: ``ports``, rules, frames, and where the registers are described."""
     facts, sensor, beat = sidecar(array), array.sensor, slots_of(array)
-    beats = -(-sensor.taxels // beat)
+    size, beats = f"{sensor.rows} x {sensor.columns} taxels", -(-sensor.taxels // beat)
     text = f"Module {module_name(array)} has one instance of {array.name}, which is in {array.name}.v."
     sections = {
         "Frames in": [
-            f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last",
+            f"{size}, row by row, in {beats} beats of {beat}; TLAST with the last beat",
             f"a word has {array.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}",
             "a frame of another length is dropped and counted",
         ],

@@ -10,8 +10,7 @@ from tfra.hdl.front_end.codes import stored_code
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.lib.streams import SkidBuffer
-from tfra.model.fixed.design import Design
-from tfra.model.skin.skin import Skin
+from tfra.model.converter import Measured
 
 
 class OutputReader(wiring.Component):
@@ -31,7 +30,7 @@ class OutputReader(wiring.Component):
     latency = 4
     """Cycles from the first one in which a frame is ``waiting`` to the transfer of its first code, without repairs."""
 
-    def __init__(self, array: Design | Skin) -> None:
+    def __init__(self, array: Measured) -> None:
         taxels, code = array.sensor.taxels, stored_code(array.adc.bits)
         self._taxels = taxels
         super().__init__({

@@ -3,7 +3,7 @@
 from typing import Any
 
 from amaranth import Cat, Const, Module, Signal, Value
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
@@ -12,10 +12,9 @@ from tfra.hdl.interface import ports
 from tfra.hdl.ip.output_stage import RESULT_BEAT
 from tfra.hdl.lib.pipeline import register, wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
-from tfra.hdl.skin import records
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import COUNTER_BITS, Field
-from tfra.model.skin.records import header_bits, record_bits, record_layout, record_words
+from tfra.model.skin.records import header_bits, record_layout, result_shape
 from tfra.model.skin.skin import Skin
 from tfra.model.tfra import Status
 
@@ -35,14 +34,9 @@ FORMAT_PLACE = 24
 
 def check(array: Design | Skin) -> None:
     """Raise ``ValueError`` for result words that don't fit an output frame."""
-    bits = record_bits(array) if isinstance(array, Skin) else array.word_bits
+    _, bits = result_shape(array)
     if bits > BITS:
         raise ValueError(f"formats: result words of {BITS} bits at most fit behind AXI, got {bits}")
-
-
-def result(array: Design | Skin) -> data.StructLayout:
-    """A word of a core's result, or of a record of a skin."""
-    return records.result(array) if isinstance(array, Skin) else ports.result(array)
 
 
 def forces(array: Design | Skin) -> Field | None:
@@ -73,14 +67,14 @@ class Framer(wiring.Component):
 
     def __init__(self, array: Design | Skin) -> None:
         check(array)
-        skin, field = isinstance(array, Skin), forces(array)
-        self._format, self._frames = version(array), SKIN_FRAMES if skin else FRAMES
-        self._words = record_words(array) if isinstance(array, Skin) else array.frame_words
+        field = forces(array)
+        self._format, self._frames = version(array), SKIN_FRAMES if isinstance(array, Skin) else FRAMES
+        self._words, _ = result_shape(array)
         self._last = list(header_bits(array)).index("last") if isinstance(array, Skin) else None
         self._forces = range(0) if field is None else range(field.start, field.start + field.count)
         super().__init__({
             "facts": In(stream.Signature(FACTS)),  # one transfer a frame
-            "result": In(stream.Signature(result(array))),
+            "result": In(stream.Signature(ports.result(array))),
             "taxel_forces": In(1),  # setting: frames have the forces at the taxels
             "o": Out(stream.Signature(RESULT_BEAT)),  # combinational from ``result``
             "saturated": Out(1),  # pulse: a result that has ended reports it, or its frame was
@@ -129,7 +123,7 @@ class Framer(wiring.Component):
                     result.ready.eq(o.ready),
                 ]
                 with m.If(result.valid & o.ready):
-                    if self._last is None:
+                    if self._last is None:  # other records of a skin's frame repeat the number
                         m.d.sync += frame.eq(frame + 1)
                     m.next = "WORDS"
             with m.State("WORDS"):

@@ -13,7 +13,7 @@ from tfra.hdl.front_end.unit import PAGES, FrontEnd
 from tfra.hdl.interface import ports
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.ip.control import Control
-from tfra.hdl.ip.framer import HEADER_WORDS, Framer, result
+from tfra.hdl.ip.framer import HEADER_WORDS, Framer
 from tfra.hdl.ip.load import Load
 from tfra.hdl.ip.output_stage import OUTPUT_BEAT, OutputStage
 from tfra.hdl.ip.width_converter import WidthConverter, input_beat
@@ -91,7 +91,7 @@ class Wrapper(wiring.Component):
             "interrupt": Out(1),  # a level
             "core_reset": Out(1),  # a register
             "taxel": Out(stream.Signature(ports.taxel(design))),  # to the core
-            "result": In(stream.Signature(result(array))),  # of the core
+            "result": In(stream.Signature(ports.result(array))),  # of the core
             **({"load": Out(stream.Signature(coefficient))} if loaded else {}),  # to a core that is loaded
             **({"contacts": Out(settings(array.choices))} if isinstance(array, Skin) else {}),  # to that of a skin
         })
@@ -135,11 +135,7 @@ class Wrapper(wiring.Component):
         connect(m, control.tables, front_end.tables)
         connect(m, control.events, front_end.events)
         if "contacts" in self.signature.members:
-            m.d.comb += [
-                self.contacts.most.eq(control.hardware.CONTACTS.most),
-                self.contacts.threshold.eq(control.hardware.CONTACTS.threshold),
-                self.contacts.gap.eq(control.hardware.CONTACTS.gap),
-            ]
+            connect(m, self._registers.hardware.CONTACTS, flipped(self.contacts))
         m.d.comb += [
             self.interrupt.eq(self._registers.interrupt),
             front_end.tare.eq(control.tare),

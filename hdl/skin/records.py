@@ -2,21 +2,16 @@
 
 from typing import Any
 
-from amaranth import Array, Module, Mux, Signal, signed
-from amaranth.lib import data, stream, wiring
+from amaranth import Array, Module, Mux, Signal
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.streams import SkidBuffer
 from tfra.hdl.skin.payloads import contact, ending
-from tfra.model.skin.records import header_bits, record_bits
+from tfra.model.skin.records import header_bits
 from tfra.model.skin.skin import Skin
-
-
-def result(skin: Skin) -> data.StructLayout:
-    """One word of a record; ``last`` marks the end of a record."""
-    return data.StructLayout({"data": signed(record_bits(skin)), "last": 1})
 
 
 class Records(wiring.Component):
@@ -31,7 +26,7 @@ class Records(wiring.Component):
             "contact": In(stream.Signature(contact(skin))),
             "ending": In(stream.Signature(ending(skin))),
             "words": In(stream.Signature(ports.result(skin.window))),
-            "result": Out(stream.Signature(result(skin))),  # registered
+            "result": Out(stream.Signature(ports.result(skin))),  # registered
         })
 
     def elaborate(self, platform: Any) -> Module:

@@ -16,7 +16,7 @@ from tfra.hdl.skin.pages import Pages
 from tfra.hdl.skin.payloads import PAGES, contact, ending, height, settings
 from tfra.hdl.skin.peaks import Peaks
 from tfra.hdl.skin.places import Places
-from tfra.hdl.skin.records import Records, result
+from tfra.hdl.skin.records import Records
 from tfra.hdl.skin.smoothing import Smoothing
 from tfra.hdl.skin.windows import Windows
 from tfra.model.skin.skin import Skin
@@ -35,8 +35,7 @@ class SkinUnit(wiring.Component):
                └▶ pages ─────────────────────────────────────────────── windows     └─────────────▶ records ─▶ result
 
     A taxel a cycle, also from frame to frame, unless ``PAGES`` frames are there: a page is free when the last window of
-    its frame has been read.  ``contacts`` are settings, for
-    a frame as they are when its search begins.
+    its frame has been read.  The settings ``contacts`` count for a frame as they are when its search begins.
     """
 
     def __init__(self, skin: Skin) -> None:
@@ -47,7 +46,7 @@ class SkinUnit(wiring.Component):
             **load,  # as the core's
             "contacts": In(settings(skin.choices)),
             "taxel": In(stream.Signature(ports.taxel(skin.window))),
-            "result": Out(stream.Signature(result(skin))),
+            "result": Out(stream.Signature(ports.result(skin))),
         })
 
     def elaborate(self, platform: Any) -> Module:

@@ -91,7 +91,7 @@ class Design(Choices, ABC):
 
     @property
     @abstractmethod
-    def model(self) -> Callable[[Ints], FixedResult]:
+    def model(self) -> "FixedModel[Any]":
         """The bit-accurate model: from converter codes ``(n, rows, columns)`` to result words."""
 
     @property

@@ -135,9 +135,7 @@ class Cleaned:
 class FrontEnd:
     """The bit-accurate model, with its state from call to call; ``tables`` may be exchanged at any time."""
 
-    def __init__(
-        self, design: Measured, settings: Settings | None = None, tables: Tables | None = None
-    ) -> None:
+    def __init__(self, design: Measured, settings: Settings | None = None, tables: Tables | None = None) -> None:
         check(design)
         self.design = design
         self.settings = settings or Settings(design.adc.bits)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tfra.model.arrays import Bools, Ints
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import COUNTER_BITS, Field
 from tfra.model.fixed.words import decode
 from tfra.model.rounding import Overflow
@@ -72,6 +73,13 @@ def record_bits(skin: Skin) -> int:
 def record_words(skin: Skin) -> int:
     """Words of a record."""
     return len(header_bits(skin)) + skin.window.frame_words
+
+
+def result_shape(array: Design | Skin) -> tuple[int, int]:
+    """Words of a result frame or of a record, and bits of a word, signed."""
+    if isinstance(array, Skin):
+        return record_words(array), record_bits(array)
+    return array.frame_words, array.word_bits
 
 
 def records(skin: Skin, codes: Ints, words: Callable[[Ints], Ints]) -> Ints:

@@ -14,6 +14,7 @@ from tests.hdl.skin.skins import skin_of, small_window
 from tfra.codegen.verilog.axi_testbench import axi_testbench
 from tfra.codegen.verilog.files import files
 from tfra.codegen.verilog.wrapper import wrapper_verilog
+from tfra.hdl.bus.map import BITS
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.model.choices import Bus
 from tfra.model.fixed.design import Design
@@ -104,3 +105,11 @@ def test_a_frame_of_a_skin_that_ends_with_a_record_is_noticed(skin: Path, tmp_pa
     assert text.count("assign result_data = ") == 1
     (tmp_path / "core" / "skin.v").write_text(text.replace("assign result_data = ", "assign result_data = 1 | "))
     assert "FAILED" in run_testbench(tmp_path / "core", "skin_axi")
+
+
+def test_tlast_alone_is_noticed(skin: Path, tmp_path: Path) -> None:
+    """The same data, but the word is due as the last one of its frame."""
+    shutil.copytree(skin, tmp_path / "core")
+    change_word(tmp_path / "core", "skin_axi", "result", 1, 1 << BITS)
+    output = run_testbench(tmp_path / "core", "skin_axi")
+    assert all(text in output for text in ("1 differ", "FAILED", "frame 0, word 10"))
