@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.skin.peaks import Peaks
+from tfra.hdl.skin.smoothing import Smoothing
 from tfra.hdl.skin.windows import Windows
 from tfra.model.skin.skin import Skin
 
@@ -30,8 +32,13 @@ class SkinTiming:
         return cls(skin, core or microarchitecture(skin.window), math.ceil(_USUAL * rows * columns))
 
     @property
+    def peaks(self) -> int:
+        """Cycles from a frame's last taxel until its peaks are known, in an idle unit."""
+        return 1 + Smoothing(self.skin).latency + Peaks(self.skin).latency
+
+    @property
     def finding(self) -> int:
-        """Most cycles until the last region is known: one for each of the candidates, which are the contacts."""
+        """Most cycles from there until the last region is known: one for each candidate, which are the contacts."""
         return self.skin.sensor.rows + _FRAME + self.skin.choices.most * self._contact
 
     @property
@@ -53,9 +60,10 @@ class SkinTiming:
     @property
     def latency(self) -> int:
         """Most cycles from a frame's last taxel to its first word, in an idle unit: a second contact is found then."""
-        return self.skin.sensor.rows + _FRAME + self._contact + _CONTACT + self.skin.choices.most
+        first = self.skin.sensor.rows + _FRAME + self._contact
+        return self.peaks + first + _CONTACT + self.skin.choices.most
 
     @property
     def frame_latency(self) -> int:
         """Most cycles from a frame's last taxel to its last word, in an idle unit."""
-        return self.finding + self.forces + self.core.frame_latency
+        return self.peaks + self.finding + self.forces + self.core.frame_latency

@@ -38,7 +38,7 @@ def test_times_follow_from_taxels_finding_or_forces() -> None:
     assert wide.interval == 128 * 128
     slow = SkinTiming.of(skin_of(12, 20, replace(small_window(), architecture=SERIAL), most=3))
     assert slow.interval == slow.forces == 3 * slow.core.initiation_interval
-    assert slow.frame_latency == slow.finding + slow.forces + slow.core.frame_latency
+    assert slow.frame_latency == slow.peaks + slow.finding + slow.forces + slow.core.frame_latency
 
 
 @pytest.mark.long

@@ -99,6 +99,8 @@ def test_cycles_of_a_frame(shape, most, counts, budget):
     assert ends[0] - taken[0, 0] < budget
     assert np.diff(ends).max() < budget
     stated = replace(SkinTiming.of(skin), taxels=int(found.taxels.max()))
+    assert given[0, 0] - taken[0, -1] <= stated.latency
+    assert ends[0] - taken[0, -1] <= stated.frame_latency
     assert np.diff(ends).max() <= max(taxels, stated.finding) <= stated.interval
 
 
