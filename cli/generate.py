@@ -53,8 +53,8 @@ def generate(
     from tfra.synth.estimate import misfits, part_of
 
     project = load(config)
-    if package or backend is Language.HLS:
-        project.require_array(f"tfra generate {'--package' if package else f'--backend {backend.value}'}")
+    if backend is Language.HLS:
+        project.require_array("tfra generate --backend hls")
     check_core(project)
     if package and backend is not Language.VERILOG:
         raise InputError("--package", "", f"there is none of the back end {backend.value}")
@@ -62,11 +62,11 @@ def generate(
         check_directory(out, "generate", [config])
         try:
             check_packaged(project.design.name)
-            check_wrapped(project.design)
+            check_wrapped(project.array)
         except ValueError as error:
             raise InputError(project.path, "", str(error)) from None
     with failures("generate", ToolError), progress("generating the core"):
-        part = part_of(project.design) if package else None
+        part = part_of(project.array) if package else None
         sidecar = write(project.array, out, [config], part, backend.value)
     if part:
         used = {name: count for name, (count, _) in part.resources.items()}

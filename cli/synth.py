@@ -47,8 +47,6 @@ def synth(
 
     part = find_target(target)
     project = load(config)
-    if package:
-        project.require_array("tfra synth --package")
     check_core(project)
     try:
         with progress("estimating") as advance:

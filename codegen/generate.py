@@ -31,7 +31,7 @@ class Backend:
 
     files: Callable[[Design], Files]
     """The files of a design, the same for the same design; raises ``ValueError`` for one that can't be built."""
-    package: Callable[[Design, Mapping[str, str], Part], Files] | None = None
+    package: Callable[[Design | Skin, Mapping[str, str], Part], Files] | None = None
     """Further files around those given, for projects with the device; None where there are none."""
     skin: Callable[[Skin], Files] | None = None
     """Those of a skin; None where there are none."""
@@ -61,11 +61,11 @@ def generate(
     with output_directory(directory, "generate", inputs) as fresh:
         if not isinstance(array, Skin):
             files = chosen.files(array)
-        elif chosen.skin and not part:
+        elif chosen.skin:
             files = chosen.skin(array)
         else:
-            raise InputError(backend, "window", "no package, and no C++ for HLS tools, can be made of a skin")
-        if part and chosen.package and not isinstance(array, Skin):
+            raise InputError(backend, "window", "no C++ for HLS tools can be made of a skin")
+        if part and chosen.package:
             files |= chosen.package(array, files, part)
         for name, text in files.items():
             (fresh / name).parent.mkdir(parents=True, exist_ok=True)

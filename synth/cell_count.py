@@ -57,7 +57,6 @@ def cell_counts(array: Design | Skin, *, package: bool = False) -> dict[str, Cel
     """
     blocks = count(Fragment.get(Top(array), None))
     if package:
-        assert not isinstance(array, Skin)
         blocks["wrapper"] = CellCount()
         for part in count(Fragment.get(wrapper(array), None)).values():
             blocks["wrapper"] += part

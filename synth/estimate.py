@@ -217,13 +217,14 @@ def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") 
     ]
 
 
-def part_of(design: Design) -> Part:
+def part_of(array: Design | Skin) -> Part:
     """The smallest part of its family that a package fits, core and wrapper, and what these take of it, estimated.
 
     ``DEFAULT``'s for designs of no family; always of the slowest grade; a package that fits none gets the largest.
     """
+    design = core_of(array)
     family, kind = FAMILIES.get(design.target, DEFAULT), design.architecture.kind
-    total = estimate(design, family, package=True).total
+    total = estimate(array, family, package=True).total
     slowest = list({target.part: target for target in reversed(targets_of(family))}.values())[::-1]
     target = next((one for one in slowest if not misfits(total, one, kind)), slowest[-1])
     resources = {name: (total[name], have) for name, have in target.available.items()}

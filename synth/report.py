@@ -10,7 +10,7 @@ from tfra.codegen.verilog.wrapper import module_name
 from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
-from tfra.hdl.ip.wrapper import cut_through, interval, latencies
+from tfra.hdl.ip.wrapper import cut_through, interval, latencies, skin_interval, skin_latencies
 from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
@@ -21,7 +21,7 @@ from tfra.synth.tools import versions
 
 def top_name(array: Design | Skin, *, package: bool) -> str:
     """Name of the module that is synthesised."""
-    return module_name(core_of(array)) if package else array.name
+    return module_name(array) if package else array.name
 
 
 def median_route(routes: Sequence[Route]) -> Route:
@@ -81,6 +81,9 @@ def _timing(array: Design | Skin, core: Microarchitecture, mhz: float | None, *,
     stated = {"contacts": array.choices.most, "taxels_of_a_contact": frame.taxels}
     products = array.choices.most * core.design.multiplications
     cycles = {"frame_latency": frame.frame_latency, "interval": frame.interval}
+    if package:
+        _, last = skin_latencies(frame)
+        cycles = {"frame_latency": last, "interval": skin_interval(frame)}
     return stated | _times(cycles, mhz, products, core.lanes)
 
 

@@ -16,6 +16,7 @@ from tfra.hdl.uart.bridge import CODE_BYTES, WORD_BYTES, Bridge, coefficient_byt
 from tfra.hdl.uart.uart import Rx, Tx
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 
 BAUD = 1_000_000
 """Bits a second of the line."""
@@ -92,9 +93,9 @@ class _Restart(wiring.Component):
 
 
 def boards(contents: Contents) -> dict[str, str]:
-    """``boards/BOARD``: top module, constraints, a script that builds it; ``boards/talk.py`` talks to it."""
+    """``boards/BOARD``: top module, constraints, a script; ``boards/talk.py`` talks to it.  A skin has none."""
     board = contents.part.target.family.board
-    if board is None:
+    if board is None or isinstance(contents.array, Skin):  # the line carries frames of one length
         return {}
     folder = f"boards/{board.name}"
     size = contents.part.target.part.rpartition("-")[2]

@@ -18,6 +18,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 
 _MEASURED = files("tfra.codegen.package").joinpath("measured.json")
 """Reports of ``tfra synth``, shortened: written by ``bench.parts.presets``."""
@@ -42,32 +43,37 @@ class Part:
 
 @dataclass(frozen=True)
 class Contents:
-    """A design, the ``facts`` of its sidecar, its part, and the ``texts`` of the files that are there already."""
+    """A design or a skin, the ``facts`` of its sidecar, its part, and the ``texts`` of files that are there already."""
 
-    design: Design
+    array: Design | Skin
     facts: Mapping[str, Any]
     texts: Mapping[str, str]
     part: Part
 
     @property
+    def design(self) -> Design:
+        """That of the only core, or of a skin's window."""
+        return core_of(self.array)
+
+    @property
     def name(self) -> str:
         """The core's name; that of the wrapper is ``wrapper``."""
-        return self.design.name
+        return self.array.name
 
     @property
     def wrapper(self) -> str:
         """The module with buses around the core, in a file of the same name."""
-        return module_name(self.design)
+        return module_name(self.array)
 
     @cached_property
     def core(self) -> Microarchitecture:
-        """The core, for its cycles and its coefficients."""
+        """The only core, or that of a skin's window, for its cycles and its coefficients."""
         return microarchitecture(self.design)
 
     @cached_property
     def registers(self) -> RegisterMap:
         """The register map with the values of this design."""
-        return registers_of(self.design)
+        return registers_of(self.array)
 
     @property
     def rtl(self) -> list[str]:

@@ -3,12 +3,11 @@
 import json
 import re
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 from typing import Any
 
-import numpy as np
-
+from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents, template
 from tfra.codegen.registers.files import register_table
 from tfra.codegen.sidecar.build import core_ports
@@ -17,25 +16,23 @@ from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.families import FAMILIES, find
 from tfra.hdl.bus.axi_lite import AxiLite
-from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
-from tfra.hdl.ip.wrapper import cut_through, interval, latencies
+from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS, forces, version
+from tfra.hdl.ip.wrapper import cut_through, interval, latencies, skin_interval, skin_latencies
+from tfra.hdl.skin.timing import SkinTiming
 from tfra.hdl.uart.bridge import WORD_BYTES
-from tfra.model.cover.scenes import contact_codes, known_contacts
+from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
-from tfra.model.fixed.words import decode
-from tfra.model.metrics import errors
+from tfra.model.skin.records import result_layout, result_shape, results
+from tfra.model.skin.scenes import recorded
+from tfra.model.skin.skin import Skin
 from tfra.recordings.facts import MEANINGS, status_label
 from tfra.report.html import contents as links
 from tfra.report.html import document
 from tfra.report.table import Table
 
-CONTACTS = 60
-SEED = 1
-"""Contacts of random shape, place, friction and direction, at 5 to 95 % of full scale, without noise."""
-
 _COUNTED = ("LUT", "FF", "DSP", "BRAM")
-_ERRORS = {"phi_deg": "φ / °", "mu_abs": "μ", "force_percent_of_resultant": "F / % of |F|"}
 
 
 def _ports(title: str, ports: Iterable[Port]) -> Table:
@@ -44,14 +41,14 @@ def _ports(title: str, ports: Iterable[Port]) -> Table:
 
 
 def _output_words(contents: Contents) -> Table:
-    """Every beat of an output frame, with the bits of each."""
+    """Every beat of an output frame, with the bits of each; of a skin, those of the first record."""
     errors = contents.registers["ERRORS"].fields
-    fields = zip(contents.design.layout, contents.facts["result"]["fields"], strict=True)
+    fields = zip(result_layout(contents.array), contents.facts["result"]["fields"], strict=True)
     rows = [
         ("0", "15:0", "sequence", "", "1", "frames since a reset or soft reset, good or bad, from 0: a gap is a loss"),
         ("0", "31:16", "user", "", "1", "s_axis_tuser of the frame"),
         *((f"{HEADER_WORDS - 1}", f"{f.low}", f.name, "", "", f.text) for f in errors if f.name in FAULTS),
-        ("1", "31:24", "format", "", "1", "1: this format; all other bits of the beat are 0"),
+        ("1", "31:24", "format", "", "1", f"{version(contents.array)}: this format; all other bits of the beat are 0"),
         *(_word(field, facts) for field, facts in fields),
     ]
     return Table("Output frame", ("beat", "bits", "word", "format", "lsb", "meaning"), rows, (0, 1, 2, 3, 5))
@@ -65,12 +62,13 @@ def _word(field: Field, facts: dict[str, Any]) -> tuple[str, ...]:
     return beats, bits, field.name, facts["format"], f"{field.lsb:.6g}{unit}", facts["meaning"]
 
 
-def _example(design: Design) -> Table:
+def _example(array: Design | Skin) -> Table:
     """What the core makes of the first frame of its testbench: three words of each field at most, in units."""
-    words = design.model(contact_codes(design, testbench.CONTACTS, testbench.SEED)[:1]).words
-    (exponent,) = next(words[:, field.start] for field in design.layout if field.name == "exponent")
+    frames = recorded(array) if isinstance(array, Skin) else contact_codes(array, testbench.CONTACTS, testbench.SEED)
+    (words,), layout = results(array, frames[:1]), result_layout(array)
+    exponent = next(words[0, field.start] for field in layout if field.name.rpartition(".")[2] == "exponent")
     rows = []
-    for field in design.layout:
+    for field in layout:
         factor = field.lsb * 2.0 ** -int(exponent) if field.unit == "N" else field.lsb
         for start in range(field.start, field.start + min(field.count, 3)):
             word = int(words[0, start])
@@ -97,10 +95,29 @@ def _counted(contents: Contents) -> str:
 
 def _cycles(contents: Contents) -> Table:
     """Latency and interval, in cycles and µs at the part's clock."""
-    core = contents.core
+    numbers = _of_skin(contents.array) if isinstance(contents.array, Skin) else _of_core(contents.core)
+    rows = [(text, number, f"{contents.microseconds(number):,.2f}") for text, number in numbers.items()]
+    return Table("Cycles", ("", "cycles", f"µs at {contents.clock_mhz:.1f} MHz"), rows)
+
+
+def _of_skin(skin: Skin) -> dict[str, int]:
+    """The most cycles of frames with as many contacts as there may be."""
+    timing = SkinTiming.of(skin)
+    first, last = skin_latencies(timing)
+    return {
+        "from s_axis_tlast to the first word of a record on m_axis": first,
+        "from s_axis_tlast to m_axis_tlast": last,
+        "from frame to frame, back to back": skin_interval(timing),
+        "core alone: from its last taxel to its first word": timing.latency,
+        "core alone: from its last taxel to its last word": timing.frame_latency,
+        "core alone: from frame to frame": timing.interval,
+    }
+
+
+def _of_core(core: Microarchitecture) -> dict[str, int]:
     first, last, most_first, most_last = latencies(core)
     cut_first, cut_last = cut_through(core)
-    numbers = {
+    return {
         "from s_axis_tlast to the first result word on m_axis, which is its beat 2": first,
         "from s_axis_tlast to m_axis_tlast": last,
         "the first of these with CONTROL.cut_through = 1, taxels without a pause": cut_first,
@@ -111,8 +128,6 @@ def _cycles(contents: Contents) -> Table:
         "core alone: from its last taxel to its first result word": core.latency,
         "core alone: from its last taxel to its last result word": core.frame_latency,
     }
-    rows = [(text, number, f"{contents.microseconds(number):,.2f}") for text, number in numbers.items()]
-    return Table("Cycles", ("", "cycles", f"µs at {contents.clock_mhz:.1f} MHz"), rows)
 
 
 def _resources(contents: Contents) -> Table:
@@ -145,36 +160,18 @@ def _placed(contents: Contents) -> str:
     )
 
 
-def accuracy(design: Design) -> tuple[int, Table]:
-    """How many contacts have a direction, and the errors of the bit-accurate model on these.
-
-    Against double precision, and against the forces that were simulated.
-    """
-    contacts = known_contacts(design, CONTACTS, SEED)
-    exact = design.float_model(contacts.codes * design.adc.lsb)
-    fixed = decode(design, design.model(contacts.codes).words)
-    clear = exact.status == 0
-    against = {"double precision, same codes": errors(exact, fixed), "the simulated contact": errors(contacts, fixed)}
-    rows = []
-    for reference, by_name in against.items():
-        for key, name in _ERRORS.items():
-            median, high = np.percentile(by_name[key][clear], (50, 95)) if clear.any() else (0.0, 0.0)
-            rows.append((reference, name, f"{median:.3g}", f"{high:.3g}"))
-    return int(clear.sum()), Table("Accuracy", ("against", "error of", "median", "95th percentile"), rows, (0, 1))
-
-
 def datasheet(contents: Contents) -> dict[str, str]:
     """The page; raises ``InputError`` without the extra ``ip``."""
-    count, accuracies = accuracy(contents.design)
-    rules, bits = contents.facts["rules"].items(), contents.design.status_bits
-    status = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in bits]
+    count, accuracies = accuracy(contents.array)
+    numbers = _numbers(contents) | {"contacts": count}
+    rules, sensor = contents.facts["rules"].items(), contents.array.sensor
     values: dict[str, object] = {
         **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in _waves().items()},
-        "wrapper_ports": _ports("Ports of the wrapper", ports_of(contents.design)),
-        "core_ports": _ports("Ports of the core", core_ports(contents.design)),
+        "wrapper_ports": _ports("Ports of the wrapper", ports_of(contents.array)),
+        "core_ports": _ports("Ports of the core", core_ports(contents.array)),
         "output_words": _output_words(contents),
-        "status_bits": Table("Status", ("bit", "name", "meaning"), status, (0, 1, 2)),
-        "example": _example(contents.design),
+        "status_bits": _status(contents),
+        "example": _example(contents.array),
         "cycles": _cycles(contents),
         "resources": _resources(contents),
         "placed": _placed(contents),
@@ -182,50 +179,93 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "counted": _counted(contents),
         "registers": register_table(contents.registers),
         "errors": accuracies,
-        **_numbers(contents),
+        **numbers,
+        **_sentences(contents, numbers),
         "contents": links(dict(re.findall(r'<h2 id="(\w+)">(.*)</h2>', template("datasheet.html")))),
         "blocks": contents.fill("blocks.svg"),
-        "contacts": count,
         "load": _load(contents),
-        "pins": ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.design)),
+        "pins": ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.array)),
         "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in rules),
     }
     shown = {name: value.html() if isinstance(value, Table) else value for name, value in values.items()}
     body = contents.fill("datasheet.html", **shown)
-    sensor = contents.design.sensor
     title = f"{contents.wrapper}: contact forces of {sensor.rows} × {sensor.columns} taxels"
     return {"datasheet.html": document(title, [body], template("datasheet.css"))}
 
 
+def _status(contents: Contents) -> str:
+    """Bits of the status, and of a skin's marks."""
+    head = ("bit", "name", "meaning")
+    flags = contents.design.status_bits
+    status = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in flags]
+    known = contents.facts.get("skin", {}).get("marks", ())
+    marks = [(f"{mark['bit']}", mark["name"], mark["meaning"]) for mark in known]
+    shown = Table("Status", head, status, (0, 1, 2)).html()
+    return shown + f"<h3>Bits of marks</h3>\n{Table('Marks', head, marks, (0, 1, 2)).html()}" if marks else shown
+
+
+def _sentences(contents: Contents, numbers: Mapping[str, object]) -> dict[str, str]:
+    """Paragraphs of the page that are others for skins."""
+    of_skin = isinstance(contents.array, Skin)
+    own = _skin_numbers(contents.array, contents) if isinstance(contents.array, Skin) else _core_numbers(contents)
+    filled = contents.fill("datasheet_skin.html" if of_skin else "datasheet_core.html", **numbers, **own)
+    _, *parts = re.split(r"<!-- (\w+) -->\n", filled)
+    texts = dict(zip(parts[::2], map(str.rstrip, parts[1::2]), strict=True))
+    return {f"about_{name}" if name in ("cycles", "accuracy") else name: text for name, text in texts.items()}
+
+
 def _numbers(contents: Contents) -> dict[str, object]:
     """Numbers and names of the page's sentences."""
-    facts, design = contents.facts, contents.design
-    taxels, slots = design.sensor.taxels, design.bus.taxels_per_beat
-    first, last, most, _ = latencies(contents.core)
-    forces = next((field.count for field in design.layout if field.name == "forces"), 0)
+    facts, design, sensor = contents.facts, contents.design, contents.array.sensor
+    slots = design.bus.taxels_per_beat
     return {
         "hash": facts["configuration_sha256"],
         "computes": escape(facts["computes"]),
-        "rows": design.sensor.rows,
-        "columns": design.sensor.columns,
-        "pitch": f"{1e3 * design.sensor.pitch_x:g} × {1e3 * design.sensor.pitch_y:g} mm",
-        "taxels": taxels,
+        "rows": sensor.rows,
+        "columns": sensor.columns,
+        "pitch": f"{1e3 * sensor.pitch_x:g} × {1e3 * sensor.pitch_y:g} mm",
+        "taxels": sensor.taxels,
         "slots": slots,
-        "beats": -(-taxels // slots),
+        "beats": -(-sensor.taxels // slots),
         "bits": design.adc.bits,
         "lsb_pa": f"{design.adc.lsb:.6g}",
-        "words": design.frame_words,
-        "output_beats": HEADER_WORDS + design.frame_words,
-        "short_beats": HEADER_WORDS + design.frame_words - forces,
         "word_bytes": WORD_BYTES,
         "answer_cycles": AxiLite.latency,
-        "rate": f"{1e6 / contents.microseconds(interval(contents.core)):,.0f}",
+        "architecture": design.architecture.kind,
+    }
+
+
+def _core_numbers(contents: Contents) -> dict[str, object]:
+    """Those of sentences about a core of one result a frame."""
+    core, words = contents.core, contents.design.frame_words
+    first, last, most, _ = latencies(core)
+    field = forces(contents.array)
+    return {
+        "output_beats": HEADER_WORDS + words,
+        "short_beats": HEADER_WORDS + words - (field.count if field else 0),
+        "rate": f"{1e6 / contents.microseconds(interval(core)):,.0f}",
         "first_us": f"{contents.microseconds(first):,.1f}",
         "most_us": f"{contents.microseconds(most):,.1f}",
         "apart": f"{last:,}",
-        "shortest": f"{min(contents.core.intervals):,}",
-        "longest": f"{max(contents.core.intervals):,}",
-        "architecture": design.architecture.kind,
+        "shortest": f"{min(core.intervals):,}",
+        "longest": f"{max(core.intervals):,}",
+    }
+
+
+def _skin_numbers(skin: Skin, contents: Contents) -> dict[str, object]:
+    """Those of sentences about a skin."""
+    timing, (words, _), field = SkinTiming.of(skin), result_shape(skin), forces(skin)
+    _, last = skin_latencies(timing)
+    rows, columns = skin.shape
+    return {
+        "most": skin.choices.most,
+        "region": timing.taxels,
+        "window_rows": rows,
+        "window_columns": columns,
+        "words": words,
+        "short_words": words - (field.count if field else 0),
+        "rate": f"{1e6 / contents.microseconds(skin_interval(timing)):,.0f}",
+        "last_us": f"{contents.microseconds(last):,.1f}",
     }
 
 

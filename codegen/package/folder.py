@@ -1,6 +1,7 @@
 """All files of a package, which drops into the FPGA project of a user; here those for tools, and the README."""
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from importlib.metadata import files as installed
 from importlib.resources import files
@@ -24,6 +25,7 @@ from tfra.families import FAMILIES, xilinx
 from tfra.hdl.bus.map import Field, Register
 from tfra.hdl.front_end.ports import NUMBER
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 
 _ACCESS = {(True, True): "read-write", (True, False): "read-only", (False, True): "write-only"}
 """What software may do, as IP-XACT says it: whether it reads, whether it writes."""
@@ -41,7 +43,7 @@ _FILES = (
     ("testbench/{name}_axi_tb.v", "checks {name}_axi in any simulator: every word; its head has a command"),
     ("testbench/{name}_tb.v", "checks every result word of the core alone"),
     ("core.schema.json", "JSON Schema of {name}.json: what each of its keys means"),
-    ("driver/tfra_driver.h", "driver in C99: all its functions; example.c shows how to use them"),
+    ("driver/tfra_driver.h", "driver in C99: all its functions; example.c and show.h show how to use them"),
     ("driver/cosim.cpp", "co-simulation in C++: this driver with {name}_axi in Verilator; its head has the command"),
     ("python/tfra_host/__init__.py", "driver in Python; example.py shows how to use it"),
     ("registers/tfra.h", "registers for C"),
@@ -62,7 +64,9 @@ _FILES = (
 
 def origin(contents: Contents) -> dict[str, str]:
     """The design's configuration; the generator's errata, changes, and licence, which is that of what it copies."""
-    config = config_text(contents.design, None, "Every key of the core.", f"{contents.name}.weights.npz")
+    skin = contents.array if isinstance(contents.array, Skin) else None
+    weights = f"{contents.name}.weights.npz"
+    config = config_text(contents.design, None, "Every key of the core.", weights, skin)
     (licence,) = (file.read_text() for file in installed("tfra") or () if file.name == "LICENSE")
     changes = files("tfra.codegen.package").joinpath("CHANGELOG.md").read_text("utf-8")
     errata = contents.fill("errata.md", hash=contents.facts["configuration_sha256"])
@@ -105,19 +109,19 @@ def _braced(text: str) -> str:
 def litex(contents: Contents) -> dict[str, str]:
     """The wrapper as a module in Python that needs LiteX alone."""
     sources, images = (", ".join(f'"{name}"' for name in names) for names in (contents.rtl, contents.images))
-    text = contents.fill("litex.py.txt", bits=input_bits(contents.design), sources=sources, images=images)
+    text = contents.fill("litex.py.txt", bits=input_bits(contents.array), sources=sources, images=images)
     return {f"litex/{contents.name}.py": text}
 
 
 def vhdl(contents: Contents) -> dict[str, str]:
     """The wrapper's component in a package of VHDL (IEEE 1076-1993), with constants of the design."""
-    stated = parameters(contents.design).items()
+    stated = parameters(contents.array).items()
     numbers = {f"C_{name}": value for name, value in stated if not name.startswith("HASH")}
     numbers |= {f"AT_{register.name}": register.address for register in contents.registers.registers}
     constants = [f"  constant {name} : natural := {value};" for name, value in numbers.items()]
     digits = contents.facts["configuration_sha256"][:16]
     constants.append(f'  constant C_CONFIG_HASH : std_logic_vector(63 downto 0) := x"{digits}";')
-    kinds = [(port, f"std_logic_vector({port.bits - 1} downto 0)") for port in ports_of(contents.design)]
+    kinds = [(port, f"std_logic_vector({port.bits - 1} downto 0)") for port in ports_of(contents.array)]
     ports = [f"      {port.name} : {port.direction} {kind if port.bits > 1 else 'std_logic'}" for port, kind in kinds]
     text = contents.fill("component.vhd", constants="\n".join(constants), ports=";\n".join(ports))
     return {f"{contents.wrapper}.vhd": text}
@@ -125,12 +129,12 @@ def vhdl(contents: Contents) -> dict[str, str]:
 
 def clock_crossing(contents: Contents) -> dict[str, str]:
     """The wrapper between FIFOs, for streams with a clock of their own."""
-    ports = ports_of(contents.design)
+    ports = ports_of(contents.array)
     text = contents.fill(
         "async.v",
         declared=",\n".join(f"  {port.direction}put [{port.bits - 1}:0] {port.name}" for port in ports),
         pins=",\n".join(f"    .{port.name}({port.name})" for port in ports if "_axis_" not in port.name),
-        in_top=input_bits(contents.design) + NUMBER,
+        in_top=input_bits(contents.array) + NUMBER,
     )
     return {f"{contents.name}_async.v": text}
 
@@ -159,16 +163,23 @@ def readme(contents: Contents) -> dict[str, str]:
     names = {"name": contents.name, "board": board.name if board else ""}
     rows = [(file.format(**names), text.format(**names)) for file, text in _FILES]
     table = "\n".join(f"| `{file}` | {text} |" for file, text in rows if file in contents.texts)
-    return {"README.md": contents.fill("README.md", board=names["board"], files=table)}
+    lines = contents.fill("README.md", board=names["board"], files=table).splitlines(keepends=True)
+    return {"README.md": "".join(line for line in lines if _can_run(line, contents.texts))}
+
+
+def _can_run(line: str, texts: Mapping[str, str]) -> bool:
+    """Whether a line of the README is no command that runs a file which is not there."""
+    script = re.match(r" {4}(?:sh|python3) (\S+)", line)
+    return script is None or script[1] in texts
 
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
-    lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.design)},
-    lambda contents: {f"testbench/{contents.wrapper}_tb.v": axi_testbench(contents.design)},
+    lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.array)},
+    lambda contents: {f"testbench/{contents.wrapper}_tb.v": axi_testbench(contents.array)},
     lambda contents: {"core.schema.json": schema()},
     origin,
-    lambda contents: register_files(contents.design),
-    lambda contents: driver_files(contents.design),
+    lambda contents: register_files(contents.array),
+    lambda contents: driver_files(contents.array),
     lambda contents: contents.cells,
     rules,
     placed,
@@ -186,15 +197,15 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
 """Each makes texts of files by their names, and sees those of the writers before it: some list the others' files."""
 
 
-def package(design: Design, texts: Mapping[str, str], part: Part) -> dict[str, str]:
+def package(array: Design | Skin, texts: Mapping[str, str], part: Part) -> dict[str, str]:
     """Texts of all files of a package by their names, those of ``texts`` not among them.
 
     Raises ``InputError`` without the packages of the extra ``ip``, and ``ValueError`` for a name that one of the
     languages keeps for itself.
     """
-    check_packaged(design.name)
-    facts: dict[str, Any] = json.loads(texts[f"{design.name}.json"])
+    check_packaged(array.name)
+    facts: dict[str, Any] = json.loads(texts[f"{array.name}.json"])
     package: dict[str, str] = {}
     for write in WRITERS:
-        package |= write(Contents(design, facts, {**texts, **package}, part))
+        package |= write(Contents(array, facts, {**texts, **package}, part))
     return package

@@ -20,15 +20,15 @@ _PARAMETER = (
 
 def ipxact(contents: Contents) -> dict[str, str]:
     """The component; its buses are named as in Vivado's catalogue, its parameters are what the registers state."""
-    design, ports = contents.design, ports_of(contents.design)
+    array, ports = contents.array, ports_of(contents.array)
     buses = {bus: "\n".join(_pins(bus, ports)) for bus in ("s_axi", "s_axis", "m_axis")}
-    values = parameters(design).items()
+    values = parameters(array).items()
     text = contents.fill(
         "component.xml",
         **buses,
-        in_bytes=input_bits(design) // 8,
+        in_bytes=input_bits(array) // 8,
         user_bits=NUMBER,
-        memory_maps=memory_maps(design),
+        memory_maps=memory_maps(array),
         ports="\n".join(map(_port, ports)),
         file_sets="\n".join(_file_sets(contents)),
         text=escape(contents.facts["computes"]),

@@ -41,13 +41,13 @@ def rules(contents: Contents) -> dict[str, str]:
 
 def placed(contents: Contents) -> dict[str, str]:
     """``place.py``, which places the wrapper, or the core alone if the part has no room for more; and what it reads."""
-    target, design = contents.part.target, contents.design
+    target, array = contents.part.target, contents.array
     tool = target.family.place_and_route
     if tool is None:
         return {}
-    name, rtl, ports = contents.wrapper, contents.rtl, ports_of(design)
+    name, rtl, ports = contents.wrapper, contents.rtl, ports_of(array)
     if not contents.part.fits:
-        name, rtl, ports = design.name, contents.rtl[:1], core_ports(design)
+        name, rtl, ports = array.name, contents.rtl[:1], core_ports(array)
     top = f"{name}_pins"
     verilog = [*rtl, f"netlist/{top}.v"]
     read = " ".join(file.rpartition("/")[2] for file in verilog)

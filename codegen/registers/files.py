@@ -5,6 +5,7 @@ import re
 from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters
 from tfra.hdl.bus.map import Field, Kind, RegisterMap
 from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin
 from tfra.report.html import Section, page, paragraph
 from tfra.report.table import Table
 from tfra.runtime.errors import require
@@ -19,7 +20,7 @@ _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVEN
 _FIELD = ("bits", "field", "access", "reset", "meaning")
 
 
-def register_files(design: Design) -> dict[str, str]:
+def register_files(array: Design | Skin) -> dict[str, str]:
     """The text of every file by its name, the same for the same design.
 
     ``registers/tfra.h`` is C99; its names and addresses are those of every design, and the reset values of the
@@ -31,7 +32,7 @@ def register_files(design: Design) -> dict[str, str]:
     from peakrdl_cheader.c_standards import CStandard
     from peakrdl_cheader.exporter import CHeaderExporter
 
-    top = compiled(parameters(design))
+    top = compiled(parameters(array))
     with scratch(temporary()) as folder, writing(folder.parent):
         # names with the hierarchy, not with the parameters' values, which those of shared types have
         CHeaderExporter().export(top, str(folder / "tfra.h"), std=CStandard.gnu99, reuse_typedefs=False)
@@ -39,7 +40,7 @@ def register_files(design: Design) -> dict[str, str]:
     return {"registers/tfra.h": header, "registers/tfra.html": _page(top.get_property("name"), as_map(top))}
 
 
-def memory_maps(design: Design) -> str:
+def memory_maps(array: Design | Skin) -> str:
     """The registers as the element ``memoryMaps`` of IP-XACT (IEEE 1685-2014); raises as :func:`register_files`."""
     require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-ipxact")
     from peakrdl_ipxact import IPXACTExporter, Standard
@@ -47,7 +48,7 @@ def memory_maps(design: Design) -> str:
     with scratch(temporary()) as folder, writing(folder.parent):
         exporter = IPXACTExporter(standard=Standard.IEEE_1685_2014)
         exporter.skip_not_present = True  # else it has the registers of other designs, marked, which not all tools heed
-        exporter.export(compiled(parameters(design)), str(folder / "tfra.xml"), component_name="tfra")
+        exporter.export(compiled(parameters(array)), str(folder / "tfra.xml"), component_name="tfra")
         text = (folder / "tfra.xml").read_text(encoding="utf-8")
     (found,) = re.findall(r"^  <ipxact:memoryMaps>.*</ipxact:memoryMaps>$", text, re.M | re.S)
     return str(found)

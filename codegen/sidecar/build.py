@@ -100,7 +100,7 @@ def _with_skin(skin: Skin, window: form.Sidecar) -> form.Sidecar:
     value = f"{window.result.value}; each contact of a frame has such a record, the highest peak first"
     return window.model_copy(
         update={
-            "computes": f"contacts on a skin of {part.rows} x {part.columns} taxels, and of each {window.computes}",
+            "computes": computes(skin),
             "configuration_sha256": hashlib.sha256(text.encode()).hexdigest(),
             "skin": part,
             "ports": core_ports(skin),
@@ -212,15 +212,18 @@ def _result_field(field: Field, meanings: Mapping[str, str] = _FIELDS) -> form.R
     )
 
 
-def computes(design: Design) -> str:
+def computes(array: Design | Skin) -> str:
     """What the core computes, as a sentence."""
-    sensor = design.sensor
-    forces = "forces" in design.result_fields
-    return (
+    design = core_of(array)
+    taxels, forces = f"{design.sensor.rows} x {design.sensor.columns} taxels", "forces" in design.result_fields
+    what = (
         f"{'the force vector at every taxel, ' if forces else ''}the resultant, the friction coefficient and the"
-        f" direction of the tangential force of each frame of normal stress of {sensor.rows} x {sensor.columns} taxels,"
-        f" by {design.method}"
+        f" direction of the tangential force"
     )
+    if isinstance(array, Skin):
+        whole = f"{array.sensor.rows} x {array.sensor.columns} taxels"
+        return f"the contacts on a skin of {whole} and, of the {taxels} about each, {what}, by {design.method}"
+    return f"{what} of each frame of normal stress of {taxels}, by {design.method}"
 
 
 _Row = tuple[str, Literal["in", "out"], int, str]

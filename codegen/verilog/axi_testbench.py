@@ -13,10 +13,10 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import NUMBER
 from tfra.hdl.ip.framer import FAULTS, FORMAT_PLACE, version
 from tfra.hdl.ip.wrapper import interval
-from tfra.model.arrays import Bools, Ints
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import WORD, FrontEnd
-from tfra.model.skin.records import ends, records
+from tfra.model.skin.records import results
 from tfra.model.skin.scenes import recorded as skin_frames
 from tfra.model.skin.skin import Skin, core_of
 from tfra.model.tfra import Status
@@ -29,14 +29,16 @@ def axi_testbench(array: Design | Skin) -> str:
     """Text of the testbench ``NAME_axi_tb``; raises ``InputError`` without the compiler of the register map."""
     design, registers, bits = core_of(array), registers_of(array), input_bits(array)
     core = microarchitecture(design)
-    codes, words, last = _frames(array)
+    codes = skin_frames(array) if isinstance(array, Skin) else recorded(array)
+    words = results(array, codes)
+    codes = codes.reshape(len(codes), -1)
     beats = [_beats(design, frame) for frame in codes]
     wrong = [frame for frame in (beats[0][:-1], beats[0] + beats[0][:1]) if frame]  # no short frame of one beat
     sent = [beats[0], *wrong, *beats[1:]]
     places = [0, *range(1 + len(wrong), len(sent))]
-    output = _output(array, codes, np.split(words, np.flatnonzero(last[:-1]) + 1), places)
+    output = _output(array, codes, words, places)
     reported = ["long_frame", *["short_frame"] * (len(wrong) > 1)]
-    limited = words[:, -1] & (Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
+    limited = np.concatenate(words)[:, -1] & (Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
     if limited.any() or any(frame[1] >> FAULTS["saturation"] & 1 for frame in output):
         reported.append("saturation")
     errors = {field.name: field.mask for field in registers["ERRORS"].fields}
@@ -57,16 +59,6 @@ def axi_testbench(array: Design | Skin) -> str:
         "store_result": store("result", "expected", BITS + 1),
         "given": "\n".join(_given(sent, dict(zip(places, output, strict=True)), bits)),
     })
-
-
-def _frames(array: Design | Skin) -> tuple[Ints, Ints, Bools]:
-    """Codes of the frames ``(n, taxels)``, the words of their results or records, and which of these end a frame."""
-    if isinstance(array, Skin):
-        codes = skin_frames(array)
-        words = records(array, codes, array.window.model.words)
-        return codes.reshape(len(codes), -1), words, ends(array, words)
-    codes = recorded(array)
-    return codes, array.model(codes).words, np.ones(len(codes), dtype=np.bool_)
 
 
 def _beats(design: Design, codes: Ints) -> list[int]:

@@ -14,7 +14,7 @@ from tfra.hdl.lib.pipeline import register, wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import COUNTER_BITS, Field
-from tfra.model.skin.records import header_bits, record_layout, result_shape
+from tfra.model.skin.records import header_bits, result_layout, result_shape
 from tfra.model.skin.skin import Skin
 from tfra.model.tfra import Status
 
@@ -41,8 +41,7 @@ def check(array: Design | Skin) -> None:
 
 def forces(array: Design | Skin) -> Field | None:
     """The forces at the taxels in the result or the record, if there are any."""
-    layout = record_layout(array) if isinstance(array, Skin) else array.layout
-    return next((field for field in layout if field.name.rpartition(".")[2] == "forces"), None)
+    return next((field for field in result_layout(array) if field.name.rpartition(".")[2] == "forces"), None)
 
 
 def version(array: Design | Skin) -> int:

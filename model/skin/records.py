@@ -60,6 +60,11 @@ def record_layout(skin: Skin) -> tuple[Field, ...]:
     return (*header, *words)
 
 
+def result_layout(array: Design | Skin) -> tuple[Field, ...]:
+    """Fields of a result frame or of a record."""
+    return record_layout(array) if isinstance(array, Skin) else array.layout
+
+
 def ends(skin: Skin, given: Ints) -> Bools:
     """Which of the records ``(k, words)`` are the last one of their frame."""
     return np.asarray(given[:, list(header_bits(skin)).index("last")] == 1)
@@ -109,6 +114,14 @@ def records(skin: Skin, codes: Ints, words: Callable[[Ints], Ints]) -> Ints:
         "marks": every(found.marks >> MARK_SHIFT),
     }
     return np.concatenate([np.stack([header[name] for name in header_bits(skin)], axis=1), words(every(cut))], axis=1)
+
+
+def results(array: Design | Skin, codes: Ints) -> list[Ints]:
+    """Words ``(1, words)`` of each frame of ``codes (n, rows, columns)``, of a skin those of its records."""
+    if not isinstance(array, Skin):
+        return list(array.model(codes).words[:, None])
+    given = records(array, codes, array.window.model.words)
+    return np.split(given, np.flatnonzero(ends(array, given))[:-1] + 1)
 
 
 def decode_records(skin: Skin, given: Ints) -> SkinResult:

@@ -60,7 +60,7 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
         *("LICENSE", "CHANGELOG.md", "errata.md"),
         *("README.md", "datasheet.html", "skin.toml", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
         *("skin_axi.v", "testbench/skin_axi_tb.v", "core.schema.json", "vivado/package_ip.tcl", "vivado/skin_axi.xdc"),
-        "driver/tfra_constants.h",
+        *("driver/tfra_constants.h", "driver/show.h", "python/example.py"),
         *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", "skin_recorded.h", *C_FILES)),
         *(f"python/{name}" for name in ("tfra_host/constants.json", *PYTHON_FILES)),
         *("registers/tfra.h", "registers/tfra.html", "skin_axi.xml", "skin_axi.vhd", "skin_async.v"),

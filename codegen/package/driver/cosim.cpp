@@ -15,7 +15,7 @@
 #include "NAME_config.h"
 #include "NAME_coefficients.h"
 #include "NAME_recorded.h"
-#include "tfra_units.h"
+#include "show.h"
 
 namespace {
 
@@ -119,7 +119,6 @@ int main()
     const tfra_bus_t bus = {read32, write32, nullptr, PATIENCE};
     const tfra_config_t *const config = &NAME_config;
     tfra_device_t device;
-    tfra_frame_t frame;
     size_t words = 0, wrong = 0;
 
     core.aresetn = 0;
@@ -131,11 +130,11 @@ int main()
     check("start", tfra_start(&device));
     for (const auto &recorded : NAME_recorded) {
         const std::vector<uint32_t> beats = estimate(recorded.codes);
-        check("frame", tfra_parse_frame(config, beats.data(), beats.size(), &frame));
-        for (size_t word = 0; word < config->words; word++, words++)
-            wrong += beats[beats.size() - config->words + word] != uint32_t(recorded.words[word]);
-        std::printf("%u: %.6f %.6f %.6f N\n", unsigned(frame.sequence), tfra_resultant(config, &frame, 0),
-                    tfra_resultant(config, &frame, 1), tfra_resultant(config, &frame, 2));
+        check("frame", show(config, beats.data(), beats.size()));
+        for (size_t word = 0; word < recorded.count; word++, words++) {
+            const size_t beat = TFRA_HEADER_BEATS + word;
+            wrong += beat >= beats.size() || beats[beat] != uint32_t(recorded.words[word]);
+        }
     }
     check("stop", tfra_stop(&device));
     std::printf("%s: %zu words compared, %zu differ\n", wrong ? "FAILED" : "PASSED", words, wrong);

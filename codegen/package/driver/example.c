@@ -1,5 +1,5 @@
 /** @file example.c
- *  Calibrates a core, and prints the resultant force of ten frames.
+ *  Calibrates a core, and shows what it makes of ten frames.
  *
  *  Build it with your board's functions, in the package's folder:
  *  cc -std=c99 -Idriver -Iregisters driver/example.c driver/tfra_driver.c driver/tfra_frame.c board.c
@@ -9,9 +9,8 @@
 
 #include "NAME_config.h"
 #include "NAME_coefficients.h"
-#include "tfra_units.h"
+#include "show.h"
 
-#define MOST_BEATS 16384
 #define POLLS 1000000
 
 /** The base of the registers. */
@@ -38,11 +37,10 @@ static tfra_error_t set_words(tfra_device_t *device, bool is_unsigned)
 
 int main(void)
 {
-    static uint32_t beats[MOST_BEATS];
+    static uint32_t beats[NAME_MOST_BEATS];
     const tfra_bus_t bus = {tfra_memory_read32, tfra_memory_write32, board_registers(), POLLS};
     const tfra_config_t *const config = &NAME_config;
     tfra_device_t device;
-    tfra_frame_t frame;
 
     check("open", tfra_open(&device, &bus, config));
     check("load", tfra_load(&device, NAME_coefficients, config->load_words));
@@ -50,11 +48,8 @@ int main(void)
     check("tare", tfra_tare(&device, 3)); /* nothing may touch the sensor now */
     check("tare", tfra_wait_tare(&device, POLLS));
     for (int number = 0; number < 10; number++) {
-        const size_t count = board_receive(beats, MOST_BEATS);
-        check("frame", tfra_parse_frame(config, beats, count, &frame));
-        printf("%u: %.6f %.6f %.6f N, friction %.3f, faults 0x%03x\n", (unsigned)frame.sequence,
-               tfra_resultant(config, &frame, 0), tfra_resultant(config, &frame, 1), tfra_resultant(config, &frame, 2),
-               tfra_mu(config, &frame), (unsigned)frame.faults);
+        const size_t count = board_receive(beats, NAME_MOST_BEATS);
+        check("frame", show(config, beats, count));
     }
     check("stop", tfra_stop(&device));
     return 0;

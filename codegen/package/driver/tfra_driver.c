@@ -186,6 +186,28 @@ tfra_error_t tfra_get_front_end(tfra_device_t *device, tfra_front_end_t *setting
     return TFRA_OK;
 }
 
+#ifdef TFRA__CONTACTS__MOST_bp
+tfra_error_t tfra_set_contacts(tfra_device_t *device, const tfra_contact_settings_t *settings)
+{
+    if (settings->most < 1u || settings->most > TFRA_CONTACTS_MOST || settings->threshold < 1u ||
+        settings->threshold > TFRA_UNITY_THRESHOLD || settings->gap > TFRA_GAP_MOST)
+        return TFRA_ERROR_ARGUMENT;
+    return WRITE(device, CONTACTS,
+                 PUT(settings->most, CONTACTS, MOST) | PUT(settings->threshold, CONTACTS, THRESHOLD) |
+                     PUT(settings->gap, CONTACTS, GAP));
+}
+
+tfra_error_t tfra_get_contacts(tfra_device_t *device, tfra_contact_settings_t *settings)
+{
+    uint32_t word;
+    CHECK(READ(device, CONTACTS, &word));
+    settings->most = GET(word, CONTACTS, MOST);
+    settings->threshold = GET(word, CONTACTS, THRESHOLD);
+    settings->gap = GET(word, CONTACTS, GAP);
+    return TFRA_OK;
+}
+#endif
+
 static uint32_t place_of(uint32_t table, uint32_t index)
 {
     return PUT(index, CALIBRATION_PLACE, INDEX) | PUT(table, CALIBRATION_PLACE, KIND);

@@ -64,10 +64,12 @@ typedef struct {
 typedef struct {
     const char *name;
     uint32_t hash_high, hash_low; /**< Hash of the configuration, as in CONFIG_HASH_HIGH and CONFIG_HASH_LOW. */
-    uint32_t rows, columns;
+    uint32_t rows, columns;       /**< Of the array. */
     uint32_t load_words;          /**< Coefficients to load; 0: none. */
     uint32_t repair_places;       /**< Words in the table of repairs. */
     uint32_t words;               /**< Words of a result with the forces at the taxels, if there are any. */
+    uint32_t record_words;        /**< Words before the result of each contact on a skin; 0: the core is no skin's. */
+    double x_lsb, y_lsb;          /**< Of the places of contacts, in m. */
     tfra_field_t frame, exponent, sweep_index, phi, mu, mu_x, mu_y, resultant, uncertainty, forces, status;
 } tfra_config_t;
 
@@ -126,6 +128,17 @@ typedef struct {
 } tfra_front_end_t;
 tfra_error_t tfra_set_front_end(tfra_device_t *device, const tfra_front_end_t *settings);
 tfra_error_t tfra_get_front_end(tfra_device_t *device, tfra_front_end_t *settings);
+
+#ifdef TFRA__CONTACTS__MOST_bp
+/** How contacts on a skin are told apart; see the register CONTACTS.  It may change at any time. */
+typedef struct {
+    uint32_t most;      /**< Contacts of a frame, the highest first. */
+    uint32_t threshold; /**< Height of the lowest peak over the highest one's, in 1/TFRA_UNITY_THRESHOLD. */
+    uint32_t gap;       /**< Taxels about a contact that belong to no other one. */
+} tfra_contact_settings_t;
+tfra_error_t tfra_set_contacts(tfra_device_t *device, const tfra_contact_settings_t *settings);
+tfra_error_t tfra_get_contacts(tfra_device_t *device, tfra_contact_settings_t *settings);
+#endif
 
 /** Writes offsets of `count` taxels from `first` on: signed, 18 bits, in 1/2^17 of the range. */
 tfra_error_t tfra_set_offsets(tfra_device_t *device, uint32_t first, const int32_t *offsets, uint32_t count);
@@ -190,6 +203,25 @@ typedef struct {
 
 /** Takes an output frame apart: all its `count` beats. */
 tfra_error_t tfra_parse_frame(const tfra_config_t *config, const uint32_t *beats, size_t count, tfra_frame_t *frame);
+
+/** An output frame of a skin, without its contacts. */
+typedef struct {
+    uint32_t sequence, user, faults, frame; /**< As in ::tfra_frame_t. */
+    uint32_t dropped;                       /**< Peaks beyond as many contacts as there may be. */
+    size_t contacts;
+} tfra_skin_frame_t;
+
+/** A contact on a skin. */
+typedef struct {
+    uint32_t row, column; /**< Of the centroid of its region, from the first taxel, in 1/TFRA_UNITY_PLACE. */
+    uint32_t taxels;      /**< Of its region. */
+    uint32_t marks;       /**< TFRA_MARK__... */
+    tfra_frame_t window;  /**< What the estimator made of the window about it; header and `frame` are the frame's. */
+} tfra_contact_t;
+
+/** Takes an output frame of a skin apart: all its `count` beats; `contacts` has room for TFRA_CONTACTS_MOST. */
+tfra_error_t tfra_parse_contacts(const tfra_config_t *config, const uint32_t *beats, size_t count,
+                                 tfra_skin_frame_t *frame, tfra_contact_t *contacts);
 
 /** Callbacks for registers in memory; `tfra_bus_t::user` is their base. */
 static inline int tfra_memory_read32(void *base, uint32_t address, uint32_t *word)

@@ -18,10 +18,10 @@ static inline double tfra_resultant(const tfra_config_t *config, const tfra_fram
     return tfra_newton(&config->resultant, frame, frame->resultant[axis]);
 }
 
-/** Component of the force at a taxel in N; only of a frame with forces. */
+/** Component of the force at a taxel, of a skin at one of the window, in N; only of a frame with forces. */
 static inline double tfra_force(const tfra_config_t *config, const tfra_frame_t *frame, uint32_t axis, uint32_t taxel)
 {
-    return tfra_newton(&config->forces, frame, frame->forces[axis * config->rows * config->columns + taxel]);
+    return tfra_newton(&config->forces, frame, frame->forces[axis * (config->forces.count / 3u) + taxel]);
 }
 
 /** The learned estimator's uncertainty of the resultant in N. */
@@ -50,6 +50,17 @@ static inline double tfra_mu_x(const tfra_config_t *config, const tfra_frame_t *
 static inline double tfra_mu_y(const tfra_config_t *config, const tfra_frame_t *frame)
 {
     return frame->mu_y * config->mu_y.lsb;
+}
+
+/** Where a contact on a skin is along the columns, in m from the first taxel. */
+static inline double tfra_x(const tfra_config_t *config, const tfra_contact_t *contact)
+{
+    return contact->column * config->x_lsb;
+}
+
+static inline double tfra_y(const tfra_config_t *config, const tfra_contact_t *contact)
+{
+    return contact->row * config->y_lsb;
 }
 
 #endif

@@ -1,4 +1,4 @@
-/* A board whose registers are a file's words in memory, and whose frames come from another: for the example. */
+/* A board whose registers are a file's words in memory, and whose frames come from others: for the example. */
 #include <stdint.h>
 #include <stdio.h>
 
@@ -17,8 +17,13 @@ void *board_registers(void)
 
 size_t board_receive(uint32_t *beats, size_t most)
 {
-    static FILE *file;
-    if (!file)
+    static FILE *file, *lengths;
+    uint32_t count;
+    if (!file) {
         file = fopen("frames.bin", "rb");
-    return file && FRAME <= most ? fread(beats, sizeof *beats, FRAME, file) : 0;
+        lengths = fopen("lengths.bin", "rb");
+    }
+    return file && lengths && fread(&count, sizeof count, 1, lengths) && count <= most
+               ? fread(beats, sizeof *beats, count, file)
+               : 0;
 }

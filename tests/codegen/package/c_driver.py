@@ -49,6 +49,7 @@ def structure(state: Any) -> Any:
 STATES = {
     "get_load": "Load",
     "get_front_end": "FrontEnd",
+    "get_contacts": "ContactSettings",
     "get_counters": "Counters",
     "get_faulty_taxel": "FaultyTaxel",
 }
@@ -152,7 +153,13 @@ class CCore:
         self._call("load", (c_int32 * len(words))(*words), len(words))
 
     def set_front_end(self, settings: Any) -> None:
-        self._call("set_front_end", byref(structure(type(settings))(*vars(settings).values())))
+        self._settings("set_front_end", settings)
+
+    def set_contacts(self, settings: Any) -> None:
+        self._settings("set_contacts", settings)
+
+    def _settings(self, name: str, settings: Any) -> None:
+        self._call(name, byref(structure(type(settings))(*vars(settings).values())))
 
     def set_repairs(self, repairs: Mapping[int, Mapping[int, float]]) -> None:
         self._library.tfra_repair_target.restype = self._library.tfra_repair_source.restype = c_uint32

@@ -16,7 +16,8 @@ def play(world: Any) -> None:
     with pytest.raises(world.host.DeviceError, match="another configuration"):
         world.core(other)
     core = world.core(world.facts)
-    for part in (load, settings, tables, tare, frames, faults, half_in, stopped):
+    of_frames = (load, settings, tables, tare, frames, faults, half_in, stopped)
+    for part in (load, contacts) if "skin" in world.facts else of_frames:
         part(world, core)
 
 
@@ -193,6 +194,26 @@ def faults(world: Any, core: Any) -> None:
     assert not world.interrupt()
     core.clear_counters()
     assert core.get_counters() == world.host.Counters(0, 0, 0, 0, 0)
+
+
+def contacts(world: Any, core: Any) -> None:
+    """Every frame has the contacts of the settings before it, one of them without forces at the taxels."""
+    core.start()
+    for number, (words, settings, expected) in enumerate(zip(world.frames, *world.results, strict=True)):
+        whole = number != 1
+        core.set_contacts(world.host.ContactSettings(*settings))
+        core.set_options(["taxel_forces"] if whole else [])
+        world.send(words, 100 + number)
+        frame = world.host.parse_contacts(world.facts, world.receive())
+        assert (frame.user, frame.faults) == (100 + number, frozenset())
+        assert frame.dropped == expected[-1][3]
+        by_name = [by_field(world.facts, record) for record in expected if record[6]]
+        for contact, known in zip(frame.contacts, by_name, strict=True):
+            window = {f"window.{name}": words for name, words in contact.window.words.items()}
+            if not whole:
+                del known["window.forces"]
+            assert {name: (word,) for name, word in contact.words.items()} | window == known
+    core.wait_idle()
 
 
 def half_in(world: Any, core: Any) -> None:

@@ -15,8 +15,9 @@ from tests.browser import browser
 from tests.codegen.package.made import PARALLEL, PART, SERIAL_CORE
 from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design as learned
+from tfra.codegen.package.accuracy import CONTACTS, SEED, accuracy
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.datasheet import CONTACTS, SEED, accuracy, datasheet
+from tfra.codegen.package.datasheet import datasheet
 from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import core_ports, sidecar
 from tfra.codegen.verilog import testbench
@@ -113,7 +114,7 @@ def test_other_families_count_the_verilog(tmp_path: Path) -> None:
     run_yosys(line.replace("; stat", "; tee -o stat.txt stat"), tmp_path)
     counted = re.findall(r"(\d+) .*MULT18X18$", (tmp_path / "stat.txt").read_text(), re.M)
     assert int(counted[-1]) >= PARALLEL.architecture.mac_lanes
-    cells = replace(contents, design=replace(PARALLEL, target="ecp5"))
+    cells = replace(contents, array=replace(PARALLEL, target="ecp5"))
     assert "synth_gowin" not in datasheet(cells)["datasheet.html"]
 
 

@@ -27,10 +27,12 @@ from tfra.codegen.package.drivers import HEADER, driver_files
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.source import parameters, register_map
 from tfra.codegen.sidecar.build import sidecar
+from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.framer import FAULTS
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
+from tfra.model.skin.skin import Skin
 
 MAP = register_map(parameters(DESIGN))
 FACTS, WORDS = sidecar(DESIGN), DESIGN.model(frames(DESIGN)).words
@@ -39,7 +41,7 @@ NO_FORCES = replace(LEARNED, taxel_forces=False)
 COMPILERS = ["gcc", *(["clang"] if shutil.which("clang") else [])]
 
 
-def written(folder: Path, design: Design) -> Path:
+def written(folder: Path, design: Design | Skin) -> Path:
     """The package of ``design`` in ``folder``."""
     texts = {**register_files(design), **driver_files(design), f"{design.name}.json": json.dumps(sidecar(design))}
     write(folder, texts)
@@ -203,8 +205,8 @@ def test_bad_frames(package: Path, host: ModuleType) -> None:
 class Answers:
     """A bus with the registers' own behaviour, states as given, which fails at one of its accesses."""
 
-    def __init__(self, states: dict[str, int], failing: int = -1) -> None:
-        self._model, self._left = Model(MAP), failing
+    def __init__(self, states: dict[str, int], failing: int = -1, registers: RegisterMap = MAP) -> None:
+        self._model, self._left = Model(registers), failing
         for path, value in states.items():
             self._model.values[path] = value
         self.written: list[tuple[int, int]] = []

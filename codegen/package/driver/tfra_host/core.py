@@ -13,6 +13,7 @@ from .registers import (
     OPTIONS,
     REGISTERS,
     Bus,
+    ContactSettings,
     Counters,
     DeviceError,
     FaultyTaxel,
@@ -39,7 +40,7 @@ class Core:
 
     def __init__(self, bus: Bus, facts: Mapping[str, Any], polls: int = 100_000) -> None:
         self._bus, self.facts, self.polls = bus, facts, polls
-        self.taxels: int = facts["sensor"]["rows"] * facts["sensor"]["columns"]
+        self.taxels: int = facts["taxel"]["transfers_per_frame"]
         if self._read("ID") != REGISTERS["ID"]["reset"]:
             raise DeviceError("no TFRA core is at this address")
         if self._get("VERSION", "map") != REGISTERS["VERSION"]["reset"] >> REGISTERS["VERSION"]["fields"]["map"][0]:
@@ -105,6 +106,17 @@ class Core:
         fields: dict[str, Any] = {**self._fields("FRONT_END"), **self._fields("THRESHOLDS")}
         fields.update({name: bool(fields[name]) for name in ("is_unsigned", "invert")})
         return FrontEnd(**fields, stuck_frames=self._get("STUCK", "frames"))
+
+    def set_contacts(self, settings: ContactSettings) -> None:
+        """Set how contacts on a skin are told apart; they may change at any time."""
+        most, one, gap = (LIMITS[name] for name in ("contacts_most", "unity_threshold", "gap_most"))
+        if not (1 <= settings.most <= most and 1 <= settings.threshold <= one and 0 <= settings.gap <= gap):
+            raise ValueError(f"{settings}: most is 1 to {most}, threshold 1 to {one}, gap 0 to {gap}")
+        numbers = {name: getattr(settings, name) for name in REGISTERS["CONTACTS"]["fields"]}
+        self._write("CONTACTS", packed("CONTACTS", **numbers))
+
+    def get_contacts(self) -> ContactSettings:
+        return ContactSettings(**self._fields("CONTACTS"))
 
     def set_offsets(self, first: int, offsets: Sequence[int]) -> None:
         """Write offsets of taxels from ``first`` on: signed, 18 bits, in 1/2^17 of the range."""

@@ -41,26 +41,44 @@ def parse_frame(facts: Mapping[str, Any], data: bytes) -> Frame:
 
     Raises ``DeviceError`` for a frame that a soft reset ended, and for another length or format.
     """
-    fields: list[dict[str, Any]] = facts["result"]["fields"]
     whole, short = frame_bytes(facts), frame_bytes(facts, taxel_forces=False)
-    if data[-4:] == CONSTANTS["frame_cut"].to_bytes(4, "little"):
-        raise DeviceError("a soft reset ended the frame")
+    refuse_cut(data)
     if len(data) not in (whole, short):
         raise DeviceError(f"a frame has {whole} bytes, or {short} without forces at the taxels, not {len(data)}")
+    header, beats = header_and_words(data, CONSTANTS["frame_format"])
+    fields = [field for field in facts["result"]["fields"] if field["name"] != "forces" or len(data) == whole]
+    return in_units(header, fields, words_of(fields, beats))
+
+
+def refuse_cut(data: bytes) -> None:
+    """Raise ``DeviceError`` for a frame that a soft reset ended."""
+    if data[-4:] == CONSTANTS["frame_cut"].to_bytes(4, "little"):
+        raise DeviceError("a soft reset ended the frame")
+
+
+def header_and_words(data: bytes, form: int) -> tuple[dict[str, int], tuple[int, ...]]:
+    """Fields of the header of an output frame, and the beats after it; raises ``DeviceError`` for another format."""
     beats = struct.unpack(f"<{len(data) // 4}I", data)
     header = {name: part(beats[beat], low, bits) for name, (beat, low, bits) in CONSTANTS["header"].items()}
-    if header["format"] != CONSTANTS["frame_format"]:
+    if header["format"] != form:
         raise DeviceError(f"the frame has the format {header['format']}")
-    words, place = {}, CONSTANTS["header_beats"]
+    return header, beats[CONSTANTS["header_beats"] :]
+
+
+def words_of(fields: Sequence[Mapping[str, Any]], beats: Sequence[int]) -> dict[str, tuple[int, ...]]:
+    """The words of ``fields``, one after the other in ``beats``; raises ``DeviceError`` for one that is too long."""
+    words, place = {}, 0
     for field in fields:
-        if field["name"] != "forces" or len(data) == whole:
-            words[field["name"]] = _extended(field, beats[place : place + field["count"]])
-            place += field["count"]
-    return _in_units(facts, header, words)
+        words[field["name"]] = _extended(field, beats[place : place + field["count"]])
+        place += field["count"]
+    return words
 
 
-def _in_units(facts: Mapping[str, Any], header: Mapping[str, int], words: Mapping[str, tuple[int, ...]]) -> Frame:
-    lsb = {field["name"]: field["lsb"] for field in facts["result"]["fields"]}
+def in_units(
+    header: Mapping[str, int], fields: Sequence[Mapping[str, Any]], words: Mapping[str, tuple[int, ...]]
+) -> Frame:
+    """A result from its ``words`` by ``fields``."""
+    lsb = {field["name"]: field["lsb"] for field in fields}
     values = {name: [word * lsb[name] for word in found] for name, found in words.items()}
     newton = 0.5 ** words["exponent"][0]
     x, y, z = (newton * value for value in values["resultant"])

@@ -118,6 +118,15 @@ class FrontEnd:
 
 
 @dataclass(frozen=True)
+class ContactSettings:
+    """How contacts on a skin are told apart; see the register CONTACTS."""
+
+    most: int
+    threshold: int
+    gap: int
+
+
+@dataclass(frozen=True)
 class Counters:
     """Counters of one cycle; they wrap."""
 
