@@ -41,7 +41,7 @@ from tfra.model.skin.skin import Skin
 from tfra.sim.tools import choose
 
 SKIN = skin_of(9, 12, replace(small_window(3, 4), name="patch"), most=5)
-BARE = skin_of(6, 9, replace(TINY, taxel_forces=False), most=4)
+BARE = skin_of(6, 9, replace(TINY, taxel_forces=False), most=3)
 NAMES = list(HEADER)
 FORMAT = RECORDS_FORMAT << 24
 
