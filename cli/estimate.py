@@ -68,10 +68,10 @@ def estimate(
         else:
             report = ArrayReport(stresses, run(engine, project, stresses, frames, advance, codes))
     write_result(out, report.estimate(recording, engine.value, project.text()), "estimate", inputs)
-    doubts = warnings(project.array, stresses, report.status, project.input)
+    doubts = warnings(project.array, stresses, report.status, project.input, recording.doubts)
     for doubt in doubts:
         typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the file name contains
-    converted = codes or engine not in DOUBLE
+    converted = codes or engine not in DOUBLE or project.input.unit == "codes"
     if json:
         source = {"engine": engine.value, "stress": "codes" if converted else "exact", "out": str(out)}
         print_json({**source, "frames": len(stresses), **report.values(), "warnings": doubts})

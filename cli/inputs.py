@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import wraps
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tfra.recordings.input import Coding, Input, Order, Sign, Unit, overridden
-from tfra.runtime.errors import InputError
+from tfra.runtime.errors import InputError, quoted
 
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
@@ -33,10 +34,18 @@ OPTIONS: dict[str, Any] = {
     "coding": _option(
         Coding, "Two's complement; offset binary (half of the range at rest); or codes of one sign. Default: signed."
     ),
+    "pa_per_code": _option(float, "Stress of one code. Default: that of CONFIG's converter.", metavar="PA", min=1e-12),
+    "rest_code": _option(float, "Code of every taxel at rest. Default: 0, of offset binary half of the range."),
     "tare_frames": _option(
         int, "The first N frames show the array at rest; their mean is subtracted.", metavar="N", min=0, max=1_000_000
     ),
     "tare": _option(Path, "All frames of this file show the array at rest; their mean is subtracted.", metavar="FILE"),
+    "drift_frames": _option(
+        int, "Between contacts the offset follows with this time constant in frames.", metavar="N", min=0
+    ),
+    "dead": _option(
+        list[str], "A taxel that is computed from its neighbours, from 0; may be repeated.", metavar="ROW,COLUMN"
+    ),
     "order": _option(Order, "Order of a frame's numbers: along rows or along columns. Default: rows."),
     "flip_x": _option(bool, "Mirror the array along x.", "--flip-x/--no-flip-x"),
     "flip_y": _option(bool, "Mirror the array along y.", "--flip-y/--no-flip-y"),
@@ -59,7 +68,7 @@ def reads_recording(command: Callable[..., None]) -> Callable[..., None]:
     @wraps(command)
     def reading(**arguments: Any) -> None:
         options = {name: arguments.pop(name) for name in OPTIONS}
-        command(**arguments, given={name: value for name, value in options.items() if value is not None})
+        command(**arguments, given={name: value for name, value in options.items() if value not in (None, [])})
 
     plain = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in kept]
     reading.__dict__["__signature__"] = inspect.Signature([*plain, *ours])
@@ -74,12 +83,12 @@ def for_recording(project: Project, path: Path, given: Given, command: str) -> P
     """
     from tfra.recordings.frames import read_as
 
-    return _read_by(project, lambda: read_as(path, project.input, given), command)
+    return _read_by(project, lambda: read_as(path, project.input, _parsed(given)), command)
 
 
 def for_stream(project: Project, given: Given, command: str) -> Project:
     """Return ``project`` with the ``input`` for a stream of lines; raises as ``for_recording``."""
-    return _read_by(project, lambda: overridden(project.input, given), command)
+    return _read_by(project, lambda: overridden(project.input, _parsed(given)), command)
 
 
 def _read_by(project: Project, choose: Callable[[], Input], command: str) -> Project:
@@ -87,7 +96,17 @@ def _read_by(project: Project, choose: Callable[[], Input], command: str) -> Pro
         return replace(project, input=choose())
     except ValueError as error:
         key, _, reason = str(error).partition(": ")
-        raise InputError(f"tfra {command}", f"--{key}", reason) from None
+        raise InputError(f"tfra {command}", f"--{key.replace('_', '-')}", reason) from None
+
+
+def _parsed(given: Given) -> Given:
+    """``given`` with places of taxels as numbers; raises ``ValueError`` for one that is none."""
+    if "dead" not in given:
+        return given
+    places = [re.fullmatch(r"(\d{1,4}),(\d{1,4})", text) for text in given["dead"]]
+    if None in places:
+        raise ValueError(f"dead: ROW,COLUMN from 0 is needed, got {quoted(given['dead'][places.index(None)])}")
+    return {**given, "dead": [tuple(map(int, place.groups())) for place in places if place]}
 
 
 def frames_at(path: Path, project: Project) -> Recording:

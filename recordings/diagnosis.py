@@ -4,7 +4,7 @@ TFRA gives forces for any numbers, also for those of the wrong sign or unit, or 
 result; their thresholds lie outside of the values that contacts under a cover show.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ from tfra.model.converter import Measured
 from tfra.model.tfra import Status
 from tfra.recordings.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, status_label
 from tfra.recordings.input import PASCALS, PLAIN, Input
+from tfra.recordings.levels import FRAMES, still
 
 UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
 """Common units of recorded stress, in Pa."""
@@ -42,10 +43,6 @@ second share of such frames."""
 
 SCRAMBLED = 1.15
 """Largest ratio of a recording's roughness to that of its transposed reading: 0.7 in contacts."""
-
-STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
-"""A taxel is stuck if it has one value in at least the first number of frames, while the load changes by the second
-share of the largest, and its value is above the third share of the recording's largest magnitude."""
 
 QUIET, STEADY, EVEN, NOTICEABLE, AT_REST = 0.1, 3.0, (0.2, 0.8), 0.003, 0.2
 """Every taxel has an offset of its own if the mean of the quietest frames, this share of all, is so many times the
@@ -96,7 +93,7 @@ class _Recording:
 
     def offsets(self) -> float:
         """Mean magnitude of what taxels read while nothing presses, in Pa; 0 where it differs from frame to frame."""
-        if len(self.flat) < STUCK_FRAMES:
+        if len(self.flat) < FRAMES:
             return 0.0
         quiet = self.flat[np.argsort(self.size.sum(axis=1))[: max(3, round(QUIET * len(self.flat)))]]
         mean = quiet.mean(axis=0)
@@ -106,19 +103,14 @@ class _Recording:
         pressed = np.abs(mean).max() < AT_REST * self.largest
         return level if pressed and level > NOTICEABLE * self.largest else 0.0
 
-    def stuck(self) -> Ints:
-        """Taxels, counted row by row, that keep their value while the load changes."""
-        load = self.size.sum(axis=1)
-        if len(self.flat) < STUCK_FRAMES or load.max() - load.min() <= STUCK_CHANGE * load.max():
-            return np.empty(0, dtype=np.int64)
-        still = np.ptp(self.flat, axis=0) == 0
-        return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
 
-
-def warnings(array: Measured, frames: Floats, status: Ints, given: Input = PLAIN) -> list[str]:
+def warnings(
+    array: Measured, frames: Floats, status: Ints, given: Input = PLAIN, known: Sequence[str] | None = None
+) -> list[str]:
     """Return warnings about ``frames (n, rows, columns)`` in Pa and the ``status (n,)`` of each, one line each.
 
-    ``given`` is what made these frames of the recording; the lines name the options of it that may help.
+    ``given`` is what made these frames of the recording; the lines name the options of it that may help.  ``known``:
+    warnings about the numbers of its file, if it has one.
     """
     recording = _Recording(frames)
     meaning = list(_values(array, recording, status, given)) or list(_flags(status))
@@ -132,7 +124,8 @@ def warnings(array: Measured, frames: Floats, status: Ints, given: Input = PLAIN
     if len(frames) > 1 and (frames == frames[0]).all():
         same = [f"all {len(frames)} frames are the same: is the recording stuck?"]
     layout = [] if offsets else _layout(recording, status, given)  # offsets are rough in every order
-    return [*meaning, *_scale(array, recording, given), *offsets, *same, *_stuck(array, recording), *layout]
+    before = known if known is not None else still(frames)
+    return [*meaning, *_scale(array, recording, given), *offsets, *same, *before, *layout]
 
 
 def _values(array: Measured, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
@@ -225,14 +218,6 @@ def over_full_scale(array: Measured, frames: Floats, given: Input = PLAIN) -> st
     recording = _Recording(frames)
     doubt = _codes(array, recording, given) or _beyond(array, recording, given)
     return f"; {doubt}" if doubt else ""
-
-
-def _stuck(array: Measured, recording: _Recording) -> Iterator[str]:
-    places = [divmod(int(taxel), array.sensor.columns) for taxel in recording.stuck()]
-    if places:
-        some = ", ".join(f"({row}, {column})" for row, column in places[:5]) + (" ..." if len(places) > 5 else "")
-        who, ask = ("taxel keeps", "is it") if len(places) == 1 else ("taxels keep", "are they")
-        yield f"{len(places)} {who} one value in all frames: (row, column) {some}: {ask} stuck?"
 
 
 def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:

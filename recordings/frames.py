@@ -12,7 +12,9 @@ from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import archive, doubles, fits
 from tfra.recordings.formats import FRAMES, Values, format_of, suffixes
-from tfra.recordings.input import PLAIN, Input, arranged, codes_of, overridden, stress
+from tfra.recordings.front_end import Array, FrontEnd
+from tfra.recordings.input import PLAIN, Input, arranged, codes_of, overridden
+from tfra.recordings.levels import doubts
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.inputs import no_memory
 from tfra.runtime.ownership import is_as_written
@@ -32,12 +34,14 @@ class Recording:
     """Frames ``(n, rows, columns)`` in Pa, compression negative, and their times ``(n,)``, if the file has them.
 
     ``seconds``: the times are in s since the first frame; otherwise their unit is unknown.  ``given``: how it was read.
+    ``doubts``: warnings about the numbers of its file; None for frames of no file.
     """
 
     frames: Floats
     time: Floats | None = None
     seconds: bool = False
     given: Input = PLAIN
+    doubts: tuple[str, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -67,7 +71,8 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
     try:
         levels = _levels(file, sensor, adc, given)
         rest = _rest(levels.frames, file, sensor, adc, given)
-        return replace(levels, frames=pascals(file, levels.frames, adc, given, rest))
+        frames = pascals(file, levels.frames, front_end(file, sensor, adc, given, rest))
+        return replace(levels, frames=frames, doubts=tuple(doubts(levels.frames, rest, adc, given)))
     except MemoryError as error:
         raise no_memory(file, error) from None
 
@@ -90,12 +95,21 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
     return references
 
 
-def pascals(file: Path, levels: Floats, adc: Adc, given: Input, rest: Floats | None) -> Floats:
-    """Return the stress of frames ``levels (n, rows, columns)`` in Pa; ``rest (k, rows, columns)`` is their tare.
+def front_end(file: Path, sensor: SensorArray, adc: Adc, given: Input, rest: Floats | None) -> FrontEnd:
+    """What makes stress of the numbers of ``file``; raises ``InputError`` for keys that don't fit the array."""
+    try:
+        return FrontEnd(Array(sensor, adc), given, rest)
+    except ValueError as error:
+        key, _, reason = str(error).partition(": ")
+        raise InputError(file, f"input.{key}", reason) from None
+
+
+def pascals(file: Path, levels: Floats, convert: FrontEnd) -> Floats:
+    """Return the stress of frames ``levels (n, rows, columns)`` in Pa.
 
     Raises ``InputError`` naming ``file`` for the first value that is no stress.
     """
-    frames = stress(levels, given, adc, rest)
+    frames = convert(levels)
     _refuse(file, frames, ~(np.abs(frames) <= MOST), _no_stress)
     return frames
 

@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 
 from tfra.model.arrays import Floats
-from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 
 Unit = Literal["Pa", "kPa", "codes"]
@@ -25,8 +24,11 @@ class Input:
     """Format of the numbers of a recording; the default is that of ``tfra frames``.
 
     ``coding`` is of codes: two's complement; offset binary, at rest at half of its 2^bits codes; or unipolar, from 0
-    without stress to 2^bits - 1.  ``tare_frames``, the first of the recording, or the file ``tare`` show the array at
-    rest; 0 and None: no tare.  ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns,
+    without stress to 2^bits - 1.  ``pa_per_code``: stress of one; None: that of the converter.  ``tare_frames``, the
+    first of the recording, the file ``tare``, or the code ``rest_code`` of all taxels show the array at rest; 0 and
+    None: none of them.  ``drift_frames``: between contacts the offset follows the numbers with this time constant; 0:
+    it stays.  ``dead``: rows and columns of taxels on the array that are computed from their neighbours.
+    ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns,
     rows).  ``flip_x`` and ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no
     taxels.  ``topic`` is that of the messages in a log; None: the only one that fits.
     """
@@ -34,8 +36,12 @@ class Input:
     unit: Unit = "Pa"
     compression: Sign = "negative"
     coding: Coding = "signed"
+    pa_per_code: float | None = None
+    rest_code: float | None = None
     tare_frames: int = 0
     tare: Path | None = None
+    drift_frames: int = 0
+    dead: tuple[tuple[int, int], ...] = ()
     order: Order = "rows"
     flip_x: bool = False
     flip_y: bool = False
@@ -46,25 +52,38 @@ class Input:
         """The axes of a frame in the recording."""
         return (sensor.rows, sensor.columns) if self.order == "rows" else (sensor.columns, sensor.rows)
 
+    def level_at_rest(self, bits: int) -> float:
+        """The number of a taxel at rest, without a tare; codes have ``bits``."""
+        if self.rest_code is not None:
+            return self.rest_code
+        return float(1 << (bits - 1)) if self.unit == "codes" and self.coding == "offset" else 0.0
+
 
 PLAIN = Input()
 """The format of ``tfra frames``: pascals, compression negative, row by row."""
 
 
+_REST: dict[str, Any] = {"tare": None, "tare_frames": 0, "rest_code": None}
+"""Fields that say what the array reads at rest, without any of them."""
+
+_OF_CODES = {"coding": "a coding", "pa_per_code": "a stress of one", "rest_code": "a code at rest"}
+
+
 def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
-    """Return ``chosen`` with the fields ``given`` in place of its own; a tare of either kind replaces the other kind.
+    """Return ``chosen`` with the fields ``given`` in place of its own; what is said of the array at rest replaces that.
 
     Raises ``ValueError`` that starts with ``key:`` for fields that contradict each other.
     """
-    if given.get("tare_frames") and "tare" in given:
-        raise ValueError("tare: give the tare as a file or as first frames, not as both")
-    if "tare" in given:
-        chosen = replace(chosen, tare_frames=0)
-    elif "tare_frames" in given:
-        chosen = replace(chosen, tare=None)
-    found = replace(chosen, **given)
-    if "coding" in given and found.unit != "codes":
-        raise ValueError(f"coding: only codes have a coding: the unit must be codes, not {found.unit}")
+    rest = [key for key in _REST if given.get(key) not in (None, 0) or (key == "rest_code" and key in given)]
+    if len(rest) > 1:
+        raise ValueError(f"{rest[0]}: give the array at rest once: as a file, as first frames or as a code")
+    if rest or "tare_frames" in given:
+        chosen = replace(chosen, **_REST)
+    places = {"dead": tuple((row, column) for row, column in given["dead"])} if "dead" in given else {}
+    found = replace(chosen, **{**given, **places})
+    for key, what in _OF_CODES.items():
+        if key in given and found.unit != "codes":
+            raise ValueError(f"{key}: only codes have {what}: the unit must be codes, not {found.unit}")
     return found
 
 
@@ -85,24 +104,3 @@ def codes_of(coding: Coding, bits: int) -> tuple[int, int]:
     """The first and the last code of a converter."""
     half = 1 << (bits - 1)
     return (-half, half - 1) if coding == "signed" else (0, 2 * half - 1)
-
-
-def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -> Floats:
-    """Return the stress of ``frames (n, rows, columns)`` in the recording's unit: Pa, compression negative.
-
-    ``rest (k, rows, columns)``, in the same unit, shows the array at rest: its mean is subtracted.
-
-    The mean of codes is the nearest double, that of other numbers is a sum of doubles over their count; the subtraction
-    rounds once.  The unit's factor is exact, and its product the nearest double: exact for codes wherever a code in Pa,
-    which is full scale over a power of two, has 33 significant bits at most, as all whole numbers below 8.5 GPa.
-    Nothing is rounded if there is neither a tare nor a factor.
-    """
-    level = frames
-    if given.unit == "codes" and given.coding == "offset" and rest is None:
-        level = level - float(1 << (adc.bits - 1))
-    if rest is not None:
-        level = level - rest.mean(axis=0)
-    code = adc.lsb / 2 if given.coding == "unipolar" else adc.lsb  # all bits of unipolar codes are for one sign
-    if (factor := PASCALS.get(given.unit, code)) != 1:
-        level = level * factor
-    return -level if given.compression == "positive" else level

@@ -10,7 +10,7 @@ from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.formats.text import Table, are_headings, require_numbers, table_for
-from tfra.recordings.frames import Recording, in_place, pascals, tare_of
+from tfra.recordings.frames import Recording, front_end, in_place, pascals, tare_of
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError
 
@@ -33,7 +33,7 @@ class FrameLines:
     def __init__(self, sensor: SensorArray, adc: Adc, given: Input) -> None:
         """Read the tare's own file, if there is one; raises ``InputError`` for it."""
         self._sensor, self._adc, self._given = sensor, adc, given
-        self._rest = tare_of(sensor, adc, given)
+        self._convert = front_end(_PLACE, sensor, adc, given, tare_of(sensor, adc, given))
         self._tare: list[Floats] = []
         self._table: Table | None = None
         self._begun = False
@@ -71,9 +71,10 @@ class FrameLines:
         if len(self._tare) < self._given.tare_frames:
             self._tare.append(levels)
             if len(self._tare) == self._given.tare_frames:
-                self._rest = np.concatenate(self._tare)
+                rest = np.concatenate(self._tare)
+                self._convert = front_end(_PLACE, self._sensor, self._adc, self._given, rest)
             return None
-        return pascals(_PLACE, levels, self._adc, self._given, self._rest)
+        return pascals(_PLACE, levels, self._convert)
 
 
 def _text(line: bytes) -> str:

@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -89,8 +89,12 @@ class Array:
         unit: Unit | None = None,
         compression: Sign | None = None,
         coding: Coding | None = None,
+        pa_per_code: float | None = None,
+        rest_code: float | None = None,
         tare_frames: int | None = None,
         tare: str | Path | None = None,
+        drift_frames: int | None = None,
+        dead: Sequence[tuple[int, int]] | None = None,
         order: Order | None = None,
         flip_x: bool | None = None,
         flip_y: bool | None = None,
@@ -109,14 +113,17 @@ class Array:
 
         ``unit``: "Pa", "kPa" or "codes" of the converter.  ``compression``: its sign, "negative" or "positive".
         ``coding`` of codes: "signed", "offset" or "unipolar".  ``tare_frames``: so many frames at the beginning show
-        the array at rest; ``tare``: a file that does.  ``order``: a frame runs along "rows" or "columns".  ``flip_x``
-        and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns before the taxels, the first is the
-        time.  ``topic`` of a log.
+        the array at rest; ``tare``: a file that does; ``rest_code``: the code that all taxels have then.
+        ``pa_per_code``: stress of one.  ``drift_frames``: the time constant with which the offset follows between
+        contacts.  ``dead``: (row, column) of taxels that are computed from their neighbours.  ``order``: a frame runs
+        along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns
+        before the taxels, the first is the time.  ``topic`` of a log.
 
         Raises ``tfra.InputError`` that names the file and the place, or the option, that is wrong.
         """
         options = {key: value for key, value in locals().items() if key not in ("self", "path") and value is not None}
         given = {key: str(value) if isinstance(value, Path) else value for key, value in options.items()}
+        given |= {"dead": [list(place) for place in dead]} if dead is not None else {}
         try:
             checked = InputSection.model_validate(given).model_dump(exclude_none=True)
             if "tare" in checked:
@@ -145,7 +152,7 @@ class Array:
 
     def _notices(self, recording: Recording, status: Ints) -> tuple[str, ...]:
         """Warn of what is probably wrong with a recording whose frames have this ``status (n,)``, and return that."""
-        doubted = doubts(self.project.array, recording.frames, status, recording.given)
+        doubted = doubts(self.project.array, recording.frames, status, recording.given, recording.doubts)
         notices = tuple(_as_arguments(doubt) for doubt in doubted)
         for notice in notices:
             warnings.warn(notice, Notice, stacklevel=3)

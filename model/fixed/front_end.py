@@ -18,6 +18,7 @@ DEVIATION = 18
 """Bits of a mean less its offset, signed, in 1/2^17 of the converter's range; also those of an offset."""
 GAIN = 17
 """Bits of a gain, unsigned."""
+LARGEST_GAIN = (1 << GAIN) - 1
 UNITY = 1 << 15
 """The gain 1."""
 WEIGHT = 18
@@ -100,7 +101,7 @@ class Tables:
 
     def __post_init__(self) -> None:
         half = 1 << (DEVIATION - 1)
-        for name, least, most in (("offsets", -half, half - 1), ("gains", 0, (1 << GAIN) - 1)):
+        for name, least, most in (("offsets", -half, half - 1), ("gains", 0, LARGEST_GAIN)):
             wrong = (getattr(self, name) < least) | (getattr(self, name) > most)
             if wrong.any():
                 taxel = int(np.argmax(wrong))

@@ -4,6 +4,7 @@ A table is a list of words of 32 bits.  A header, bit 31 set, has the number of 
 18.  Each word after it has that of a source there, and its weight in bits 17 to 0, signed, in 1/65536.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -24,12 +25,16 @@ def repaired(codes: Ints, table: Ints, bits: int) -> tuple[Ints, Ints]:
     Sums stay below 2^46: 2^14 words, weights of 18 bits and codes of 16.  Words before the first header do nothing.
     """
     codes, largest = codes.copy(), np.zeros(len(codes), dtype=np.int64)
-    starts = [*np.flatnonzero(table & HEADER), len(table)]
-    for start, stop in pairwise(starts):
-        numbers = (table[start:stop] & ~HEADER) >> PLACE
-        low = table[start + 1 : stop] & ((1 << PLACE) - 1)
-        weights = (low ^ (1 << (PLACE - 1))) - (1 << (PLACE - 1))
-        code = saturate(round_shift(codes[:, numbers[1:]] @ weights, 16), bits)
-        codes[:, numbers[0]] = code
+    for taxel, sources, weights in targets(table):
+        code = saturate(round_shift(codes[:, sources] @ weights, 16), bits)
+        codes[:, taxel] = code
         largest = np.maximum(largest, np.abs(code))
     return codes, largest
+
+
+def targets(table: Ints) -> Iterator[tuple[int, Ints, Ints]]:
+    """Each taxel that is repaired in turn, its sources ``(k,)`` and their weights ``(k,)`` in 1/65536."""
+    for start, stop in pairwise([*np.flatnonzero(table & HEADER), len(table)]):
+        numbers = (table[start:stop] & ~HEADER) >> PLACE
+        low = table[start + 1 : stop] & ((1 << PLACE) - 1)
+        yield int(numbers[0]), numbers[1:], (low ^ (1 << (PLACE - 1))) - (1 << (PLACE - 1))

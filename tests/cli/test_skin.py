@@ -201,9 +201,15 @@ def test_its_verilog_passes_its_testbench(stress: np.ndarray) -> None:
     assert "1 differ" in run_testbench(Path("core").absolute(), "skin")
 
 
-@pytest.mark.parametrize("options", [["--package"], ["--backend", "hls"]])
-def test_what_can_not_be_made_of_a_skin(
-    stress: np.ndarray, options: list[str], capfd: pytest.CaptureFixture[str]
+def test_what_can_not_be_made_of_a_skin(stress: np.ndarray, capfd: pytest.CaptureFixture[str]) -> None:
+    line = "skin.toml: window: tfra generate --backend hls takes no skins"
+    assert refusal(capfd, "generate", "skin.toml", "--backend", "hls", "--out", "core") == line
+
+
+def test_a_package_behind_axi_has_taxels_that_repairs_can_name(
+    stress: np.ndarray, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    line = f"skin.toml: window: tfra generate {' '.join(options)} takes no skins"
-    assert refusal(capfd, "generate", "skin.toml", *options, "--out", "core") == line
+    text = Path("skin.toml").read_text().replace("rows = 16", "rows = 127", 1)
+    Path("broad.toml").write_text(text.replace("columns = 20", "columns = 65", 1))
+    line = "broad.toml: sensor: up to 8192 taxels are supported with the front end, got 8255"
+    assert refusal(capfd, "generate", "broad.toml", "--package", "--out", "core") == line

@@ -223,12 +223,14 @@ def test_saturated() -> None:
 def test_stuck_taxels() -> None:
     frames = contacts(SQUARE).copy()
     frames[:, 3, 4] = -5e4
-    frames[:, 9, 0] = 0.0  # nothing is stuck at zero: many taxels never feel anything
-    assert told(frames) == ["1 taxel keeps one value in all frames: (row, column) (3, 4): is it stuck?"]
+    assert told(frames) == [
+        "1 taxel reads the same in all 40 frames, (row, column) (3, 4) -50000: is it dead? "
+        "Neighbours can stand in (--dead 3,4)"
+    ]
     frames[:, 4, 2:8] = -6e4
     assert told(frames)[0] == (
-        "7 taxels keep one value in all frames: (row, column) (3, 4), (4, 2), (4, 3), (4, 4), "
-        "(4, 5) ...: are they stuck?"
+        "7 taxels read the same in all 40 frames, (row, column) (3, 4) -50000, (4, 2) -60000, (4, 3) -60000, "
+        "(4, 4) -60000, (4, 5) -60000 ...: are they dead? Neighbours can stand in (--dead 3,4)"
     )
 
 

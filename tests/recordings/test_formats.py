@@ -310,7 +310,7 @@ def test_corners_of_units(tmp_path: Path) -> None:
     offset = replace(codes, coding="offset")
     assert one(tmp_path, [0, 4095, 2048, 2049, 2047, 1], offset, adc) == [-204800, 204700, 0, 100, -100, -204700]
     unipolar = replace(codes, coding="unipolar", compression="positive")
-    assert one(tmp_path, [0, 4095, 2048, 1, 2, 3], unipolar, adc) == [-0.0, -204750, -102400, -50, -100, -150]
+    assert one(tmp_path, [0, 4095, 2048, 1, 2, 3], unipolar, adc) == [0, -204700, -102400, 0, -100, -100]
     kilo = Input(unit="kPa")
     numbers = [1.1, -0.3, 0, 1e-9, 7, 2**-60]
     assert one(tmp_path, numbers, kilo) == [float(1000 * Fraction(x)) for x in numbers]

@@ -1,0 +1,163 @@
+"""From the numbers of a recording to stress in Pa: what the front end before the core does, in its words for codes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.choices import Adc
+from tfra.model.fixed import front_end as fixed
+from tfra.model.fixed.dead_taxels import repairs
+from tfra.model.fixed.repair import ONE, targets
+from tfra.model.sensor import SensorArray
+from tfra.recordings.input import PASCALS, Input
+
+_FIRST = 16
+"""Frames that are looked at for the next contact, twice as many each time there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """All taxels, and the converter of each."""
+
+    sensor: SensorArray
+    adc: Adc
+
+
+class FrontEnd:
+    """Makes stress of frames one after the other, as ``given`` says; its state are the offsets that it follows.
+
+    ``rest (k, rows, columns)``, in the recording's unit, shows the array at rest.  Codes become codes of the core by
+    :class:`tfra.model.fixed.front_end.FrontEnd`, word by word, wherever that can be built; other numbers are doubles.
+
+    Raises ``ValueError`` that starts with a key of ``given`` for one that does not fit the array.
+    """
+
+    def __init__(self, array: Array, given: Input, rest: Floats | None = None) -> None:
+        self._array, self._given = array, given
+        shape = array.sensor.rows, array.sensor.columns
+        self._offset = np.full(shape, given.level_at_rest(array.adc.bits)) if rest is None else rest.mean(axis=0)
+        self._dead = _marked(given.dead, shape)
+        self._repairs = repairs(array.sensor, self._dead) if given.dead else np.zeros(0, dtype=np.int64)
+        self._in_codes = given.unit == "codes" and fixed.supported(array)
+        if self._in_codes and self._gain > fixed.LARGEST_GAIN:
+            most = array.adc.lsb * fixed.LARGEST_GAIN / fixed.UNITY
+            raise ValueError(f"pa_per_code: up to {most:.6g} is supported, got {given.pa_per_code:g}")
+
+    @property
+    def tables(self) -> fixed.Tables:
+        """Those of the core for the same recording; raises ``ValueError`` if it has other numbers than codes."""
+        if not self._in_codes:
+            raise ValueError("unit: only codes of 8 to 16 bits go to the front end of a core")
+        gains = np.where(self._dead, 0, self._gain).ravel()
+        return fixed.Tables(self._words(self._offset).ravel(), gains, self._repairs)
+
+    @property
+    def settings(self) -> fixed.Settings:
+        """Registers of the core for the same recording."""
+        bits, given = self._array.adc.bits, self._given
+        return fixed.Settings(bits, is_unsigned=given.coding != "signed", invert=given.compression == "positive")
+
+    def __call__(self, levels: Floats) -> Floats:
+        """Stress ``(n, rows, columns)`` in Pa, compression negative, of ``levels`` in the recording's unit.
+
+        In doubles, a tare is a sum over its count, the subtraction and the product with the unit's factor each round
+        once, and so does a repair; nothing is rounded if there is neither a tare nor a factor.
+        """
+        offset = self._followed(levels) if self._given.drift_frames else self._offset[None]
+        if self._in_codes:
+            return np.asarray(self._codes(levels, offset) * self._array.adc.lsb)
+        stress = levels - offset if offset.any() else levels
+        if (factor := PASCALS.get(self._given.unit, self._pa_per_code)) != 1:
+            stress = stress * factor
+        stress = -stress if self._given.compression == "positive" else stress
+        return self._repaired(stress) if self._given.dead else stress
+
+    @property
+    def _pa_per_code(self) -> float:
+        """By default that of the converter, of a unipolar one half, since all of its bits are for one sign."""
+        if self._given.pa_per_code is not None:
+            return self._given.pa_per_code
+        return self._array.adc.lsb / (2 if self._given.coding == "unipolar" else 1)
+
+    @property
+    def _gain(self) -> int:
+        """The word of a taxel's gain in the core."""
+        return round(fixed.UNITY * self._pa_per_code / self._array.adc.lsb)
+
+    def _words(self, levels: Floats) -> Ints:
+        """Means or offsets in 1/2^17 of the range, as the core's front end has them."""
+        return np.floor(levels * 2.0 ** (fixed.DEVIATION - 1 - self._array.adc.bits) + 0.5).astype(np.int64)
+
+    def _codes(self, levels: Floats, offset: Floats) -> Ints:
+        """Codes of the core ``(n, rows, columns)``, with the ``offset`` of each frame or of all."""
+        tables = self.tables
+        core = fixed.FrontEnd(self._array, self.settings, tables)
+        means = self._words(levels) - self._words(offset) + tables.offsets.reshape(self._offset.shape)
+        return core.codes(means.reshape(len(levels), -1)).reshape(levels.shape)
+
+    def _repaired(self, stress: Floats) -> Floats:
+        flat = stress.reshape(len(stress), -1).copy()
+        flat[:, self._dead.ravel()] = 0.0
+        for taxel, sources, weights in targets(self._repairs):
+            flat[:, taxel] = flat[:, sources] @ (weights / ONE)
+        return flat.reshape(stress.shape)
+
+    def _followed(self, levels: Floats) -> Floats:
+        """The offset of each frame, ``(n, rows, columns)``: it moves in frames without contact, and waits in others."""
+        offsets = np.empty_like(levels)
+        at = 0
+        for count, quiet in self._stretches(levels):
+            part = slice(at, at + count)
+            offsets[part] = self._offset
+            if quiet:
+                offsets[part], self._offset = _filtered(levels[part], self._offset, 1 / self._given.drift_frames)
+            at += count
+        return offsets
+
+    def _stretches(self, levels: Floats) -> Iterator[tuple[int, bool]]:
+        """Lengths of stretches of frames, and whether nothing presses in them, as the offset that was followed says."""
+        least = self._array.adc.threshold * (self._pa_per_code if self._given.unit != "codes" else 1.0)
+        least /= PASCALS.get(self._given.unit, 1.0)
+        at, size = 0, _FIRST
+        while at < len(levels):
+            part = levels[at : at + size]
+            offsets, _ = _filtered(part, self._offset, 1 / self._given.drift_frames)
+            moving = _pressed(part, offsets, self._dead, least)
+            if not moving[0]:
+                count = int(np.argmax(moving)) if moving.any() else len(part)
+                size = 2 * size if count == len(part) else _FIRST
+                yield count, True
+            else:
+                frozen = _pressed(part, self._offset[None], self._dead, least)
+                count = len(part) if frozen.all() else int(np.argmin(frozen))
+                size = 2 * size if count == len(part) else _FIRST
+                yield count, False
+            at += count
+
+
+def _filtered(levels: Floats, offset: Floats, rate: float) -> tuple[Floats, Floats]:
+    """The offset in front of each frame, ``(n, rows, columns)``, and after the last one: o + rate (level - o)."""
+    from scipy.signal import lfilter
+
+    start = ((1 - rate) * offset)[None]
+    after, _ = lfilter([rate], [1, rate - 1], levels, axis=0, zi=start)
+    return np.concatenate([offset[None], after[:-1]]), after[-1]
+
+
+def _pressed(levels: Floats, offsets: Floats, dead: Bools, least: float) -> Bools:
+    """Whether any taxel that is alive deviates by ``least`` or more, ``(n,)``."""
+    return np.asarray((np.where(dead, 0.0, np.abs(levels - offsets)) >= least).any(axis=(1, 2)))
+
+
+def _marked(places: tuple[tuple[int, int], ...], shape: tuple[int, int]) -> Bools:
+    """An array that is true at ``places``."""
+    dead = np.zeros(shape, dtype=np.bool_)
+    for row, column in places:
+        if not (0 <= row < shape[0] and 0 <= column < shape[1]):
+            raise ValueError(f"dead: row {row}, column {column} is no taxel of {shape[0]} x {shape[1]}, from 0")
+        dead[row, column] = True
+    if dead.all():
+        raise ValueError("dead: at least one taxel has to be alive")
+    return dead

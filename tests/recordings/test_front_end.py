@@ -1,0 +1,174 @@
+"""The front end of the host: codes are the words of the core's, other numbers are right, drift is followed."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tfra.model.arrays import Floats
+from tfra.model.choices import Adc
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import random_contacts
+from tfra.model.fixed import front_end as core
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Tfra
+from tfra.recordings.front_end import Array, FrontEnd
+from tfra.recordings.input import PLAIN, Input, overridden
+from tfra.recordings.levels import doubts
+
+SENSOR = SensorArray(4, 5, 3e-3, 3e-3, 2.5e-3)
+BITS = 12
+ADC = Adc(BITS, 204800.0)  # 100 Pa a code
+ARRAY = Array(SENSOR, ADC)
+DESIGN = TfraDesign(SENSOR, adc=ADC)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    coding=st.sampled_from(["signed", "offset", "unipolar"]),
+    compression=st.sampled_from(["negative", "positive"]),
+    pa_per_code=st.sampled_from([None, 33.3, 100.0, 250.0]),
+    dead=st.sampled_from([(), ((0, 0),), ((1, 2), (3, 4), (2, 2))]),
+    log2_tare=st.integers(0, 6),
+    seed=st.integers(0, 1000),
+)
+def test_codes_are_the_words_of_the_core(seed: int, log2_tare: int, **how: Any) -> None:
+    """With its registers and tables as stated, and its own tare."""
+    rng, words = np.random.default_rng(seed), Input(unit="codes", **how)
+    low = -(1 << (BITS - 1)) if words.coding == "signed" else 0
+    raw = rng.integers(low, low + (1 << BITS), (8 + (1 << log2_tare), SENSOR.rows, SENSOR.columns))
+    rest = raw[: 1 << log2_tare]
+    rest[:] = low + rng.integers(1 << 8, size=raw.shape[1:]) + rng.integers(20, size=rest.shape)
+    host = FrontEnd(ARRAY, words, rest.astype(np.float64))
+    unit = core.FrontEnd(DESIGN, replace(host.settings, log2_tare=log2_tare), core.Tables.of(SENSOR.taxels))
+    unit.tables = replace(unit.tables, gains=host.tables.gains, repairs=host.tables.repairs)
+    unit.tare()
+    cleaned = unit(raw & 0xFFFF)
+    assert unit.tables.offsets.tolist() == host.tables.offsets.tolist()
+    stress = host(raw[1 << log2_tare :].astype(np.float64))
+    assert (stress == cleaned.codes * ADC.lsb).all()
+
+
+@pytest.mark.parametrize("unit", ["Pa", "kPa", "codes"])
+def test_other_numbers_are_within_their_rounding(unit: str) -> None:
+    """The same stress in each unit, by its definition in doubles."""
+    rng, factor = np.random.default_rng(1), {"Pa": 1.0, "kPa": 1e3, "codes": 100.0}[unit]
+    truth = 100.0 * rng.integers(-1000, 1000, (6, SENSOR.rows, SENSOR.columns))
+    offset = 100.0 * rng.integers(0, 50, (SENSOR.rows, SENSOR.columns))
+    host = FrontEnd(ARRAY, Input(unit=unit, dead=((2, 2),)), offset[None] / factor)  # type: ignore[arg-type]
+    stress = host((truth + offset) / factor)
+    alive = np.ones((SENSOR.rows, SENSOR.columns), dtype=bool)
+    alive[2, 2] = False
+    assert stress[:, alive] == pytest.approx(truth[:, alive], rel=1e-12)
+
+
+def followed(levels: Floats, offset: Floats, least: float, frames_: int) -> Floats:
+    """The offset of each frame, one frame after the other."""
+    offset, found = offset.astype(np.float64), []
+    for level in levels:
+        found.append(offset)
+        if np.abs(level - offset).max() < least:
+            offset = offset + (level - offset) / frames_
+    return np.array(found)
+
+
+@pytest.mark.parametrize("parts", [1, 7])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_offset_follows_between_contacts(seed: int, parts: int) -> None:
+    """Whether frames come one by one or all at once; contacts of all lengths."""
+    rng, given = np.random.default_rng(seed), Input(drift_frames=20)
+    count, least = 400, ADC.threshold * ADC.lsb
+    drift = np.linspace(0, 30 * least, count)[:, None, None] * rng.uniform(-1, 1, (4, 5)) * (seed < 3) / 40
+    pressed = np.repeat(rng.random(count // 4) < 0.3, 4) if seed % 2 else rng.random(count) < 0.5
+    pressed[0] = False
+    levels = drift + 0.05 * least * rng.normal(size=(count, 4, 5))
+    levels[pressed, 1, 1] -= 5 * least
+    host = FrontEnd(ARRAY, given, levels[:1])
+    found = np.concatenate([host(part) for part in np.array_split(levels, parts)])
+    expected = levels - followed(levels, levels[0], least, 20)
+    assert found == pytest.approx(expected, abs=1e-9 * least)
+    still = ~pressed[200:]
+    assert np.abs(found[200:][still]).max() < 0.6 * least
+
+
+def test_a_real_sensor_is_nearly_as_good_as_a_perfect_one() -> None:
+    """9 x 7 taxels of an inverted, unsigned converter at rest at about 600 of 4,095, one of them dead, with drift."""
+    sensor, rng = SensorArray(9, 7, 4e-3, 4e-3, 3e-3), np.random.default_rng(2)
+    contacts = random_contacts(sensor, 60, rng)
+    exact = frames(sensor, contacts)
+    exact *= (120e3 / np.abs(exact).max(axis=(1, 2)))[:, None, None]
+    stress = np.zeros((60 * 20, 9, 7))
+    stress[19::20] = exact  # nineteen frames at rest before each
+    noise = 0.3e-3 * 200e3 * rng.normal(size=stress.shape)
+    offsets = rng.uniform(-40, 40, (9, 7)) + np.linspace(0, 60, len(stress))[:, None, None] * rng.uniform(-1, 1, (9, 7))
+    words = np.clip(np.rint(600 + offsets - (stress + noise) / 60.0), 0, 4095)
+    words[:, 3, 4] = 17
+    array = Array(sensor, Adc(13, 60.0 * 4096))
+    given = Input(unit="codes", coding="unipolar", compression="positive", pa_per_code=60.0, dead=((3, 4),))
+    tfra, pressed = Tfra(sensor), slice(19, None, 20)
+    truth = tfra(exact).resultant
+
+    def error(stress: Floats) -> float:
+        found = tfra(stress[pressed]).resultant
+        return float(np.median(np.linalg.norm(found - truth, axis=1) / np.linalg.norm(truth, axis=1)))
+
+    perfect = error(stress + noise)
+    assert error(FrontEnd(array, replace(given, dead=()), words[:16])(words)) > 8 * perfect
+    assert error(FrontEnd(array, given, words[:16])(words)) > 2 * perfect
+    assert error(FrontEnd(array, replace(given, drift_frames=20), words[:16])(words)) < 2.2 * perfect
+
+
+def test_keys_that_do_not_fit_are_named() -> None:
+    for given, reason in {
+        "dead: row 4, column 0 is no taxel of 4 x 5, from 0": Input(dead=((4, 0),)),
+        "dead: at least one taxel has to be alive": Input(dead=tuple(np.ndindex(4, 5))),
+        "pa_per_code: up to 399.997 is supported, got 500": Input(unit="codes", pa_per_code=500.0),
+    }.items():
+        with pytest.raises(ValueError, match=given):
+            FrontEnd(ARRAY, reason)
+    with pytest.raises(ValueError, match="unit: only codes"):
+        _ = FrontEnd(ARRAY, PLAIN).tables
+    with pytest.raises(ValueError, match="at rest once: as a file, as first frames or as a code"):
+        overridden(PLAIN, {"unit": "codes", "rest_code": 600.0, "tare_frames": 5})
+    assert overridden(Input("codes", tare_frames=5), {"rest_code": 0.0}).tare_frames == 0
+    assert overridden(Input("codes", rest_code=600.0), {"tare_frames": 0}).rest_code is None
+
+
+def told(levels: Floats, rest: Floats | None = None, **given: Any) -> list[str]:
+    return list(doubts(levels, rest, ADC, Input(**given)))
+
+
+def test_numbers_are_looked_at_before_the_tare() -> None:
+    """Dead taxels, a press in the tare, noise in it, saturation; and nothing of what is right."""
+    rng = np.random.default_rng(3)
+    levels = 600.0 + rng.integers(-6, 7, (50, 4, 5))
+    levels[20:, 1, 1] += 900
+    codes = {"unit": "codes", "coding": "unipolar"}
+    assert told(levels, levels[:16], **codes) == []
+    dead = levels.copy()
+    dead[:, 2, 3] = 17.0
+    (line,) = told(dead, dead[:16], **codes)
+    assert line == (
+        "1 taxel reads the same in all 50 frames, (row, column) (2, 3) 17: is it dead? "
+        "Neighbours can stand in (--dead 2,3)"
+    )
+    assert told(dead, dead[:16], **codes, dead=((2, 3),)) == []
+    (line,) = told(levels, levels[10:26], **codes)
+    assert re_found("within the tare, others are .* apart: did something press in its 16 frames", line)
+    noisy = 600.0 + rng.integers(-200, 200, (50, 4, 5))
+    (line,) = told(noisy, noisy[:16], **codes)
+    assert re_found("apart in the tare, more than a contact has to be .16", line)
+    high = levels.copy()
+    high[25:, 0, 0] = 4095
+    (line,) = told(high, high[:16], **codes)
+    assert line.startswith("25 of 50 frames and 1 of 20 taxels read 0 or 4095")
+
+
+def re_found(pattern: str, text: str) -> bool:
+    import re
+
+    return re.search(pattern, text) is not None
