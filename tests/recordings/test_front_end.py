@@ -1,5 +1,6 @@
 """The front end of the host: codes are the words of the core's, other numbers are right, drift is followed."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -123,13 +124,13 @@ def test_a_real_sensor_is_nearly_as_good_as_a_perfect_one() -> None:
 
 
 def test_keys_that_do_not_fit_are_named() -> None:
-    for given, reason in {
+    for reason, wrong in {
         "dead: row 4, column 0 is no taxel of 4 x 5, from 0": Input(dead=((4, 0),)),
         "dead: at least one taxel has to be alive": Input(dead=tuple(np.ndindex(4, 5))),
         "pa_per_code: up to 399.997 is supported, got 500": Input(unit="codes", pa_per_code=500.0),
     }.items():
-        with pytest.raises(ValueError, match=given):
-            FrontEnd(ARRAY, reason)
+        with pytest.raises(ValueError, match=reason):
+            FrontEnd(ARRAY, wrong)
     with pytest.raises(ValueError, match="unit: only codes"):
         _ = FrontEnd(ARRAY, PLAIN).tables
     with pytest.raises(ValueError, match="at rest once: as a file, as first frames or as a code"):
@@ -169,6 +170,4 @@ def test_numbers_are_looked_at_before_the_tare() -> None:
 
 
 def re_found(pattern: str, text: str) -> bool:
-    import re
-
     return re.search(pattern, text) is not None
