@@ -52,6 +52,12 @@ OPTIONS: dict[str, Any] = {
     "skip_columns": _option(
         int, "The first N columns are no taxels; the first of them is the time.", metavar="N", min=0, max=1000
     ),
+    "columns": _option(
+        str,
+        "Columns of text that are taxels, from 1, or their names in the header, as T_{row}_{column}.",
+        metavar="FIRST-LAST|NAMES",
+    ),
+    "strict": _option(bool, "Refuse text with a line that is no frame; else a hundredth of them may be.", "--strict"),
     "topic": _option(str, "Topic of the frames in a log. Default: the only one that fits.", metavar="NAME"),
 }
 

@@ -12,6 +12,7 @@ from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import archive, doubles, fits
 from tfra.recordings.formats import FRAMES, Values, format_of, suffixes
+from tfra.recordings.formats.text import FORMAT as TEXT
 from tfra.recordings.front_end import Array, FrontEnd
 from tfra.recordings.input import PLAIN, Input, arranged, codes_of, overridden
 from tfra.recordings.levels import doubts
@@ -72,7 +73,7 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
         levels = _levels(file, sensor, adc, given)
         rest = _rest(levels.frames, file, sensor, adc, given)
         frames = pascals(file, levels.frames, front_end(file, sensor, adc, given, rest))
-        return replace(levels, frames=frames, doubts=tuple(doubts(levels.frames, rest, adc, given)))
+        return replace(levels, frames=frames, doubts=(*(levels.doubts or ()), *doubts(levels.frames, rest, adc, given)))
     except MemoryError as error:
         raise no_memory(file, error) from None
 
@@ -138,7 +139,7 @@ def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recordin
     if not len(values.frames):
         raise InputError(file, FRAMES, "at least one frame is needed, got none")
     frames = in_place(file, doubles(values.frames), sensor, adc, given)
-    return Recording(frames, values.time, values.seconds, given)
+    return Recording(frames, values.time, values.seconds, given, values.notes)
 
 
 def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
@@ -157,6 +158,8 @@ def _read(file: Path, sensor: SensorArray, given: Input) -> Values:
         *names, last = suffixes()
         needed = f"a name that ends in {', '.join(names)} or {last} is needed, or the folder of a rosbag2"
         raise InputError(file, "", needed)
+    if given.columns and chosen is not TEXT:
+        raise InputError(file, "input.columns", "are of text, as in .csv files")
     if chosen.needs:
         require(file, *chosen.needs)
     return chosen.read(file, sensor, given)

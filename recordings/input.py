@@ -28,9 +28,10 @@ class Input:
     first of the recording, the file ``tare``, or the code ``rest_code`` of all taxels show the array at rest; 0 and
     None: none of them.  ``drift_frames``: between contacts the offset follows the numbers with this time constant; 0:
     it stays.  ``dead``: rows and columns of taxels on the array that are computed from their neighbours.
-    ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns,
-    rows).  ``flip_x`` and ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no
-    taxels.  ``topic`` is that of the messages in a log; None: the only one that fits.
+    ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns, rows).  ``flip_x`` and
+    ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no taxels; or ``columns`` are:
+    a range of them, from 1, or a pattern of their names.  ``strict``: no line of text may be wrong.  ``topic`` is that
+    of the messages in a log; None: the only one that fits.
     """
 
     unit: Unit = "Pa"
@@ -46,6 +47,8 @@ class Input:
     flip_x: bool = False
     flip_y: bool = False
     skip_columns: int = 0
+    columns: str | None = None
+    strict: bool = False
     topic: str | None = None
 
     def shape(self, sensor: SensorArray) -> tuple[int, int]:
@@ -81,6 +84,8 @@ def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
         chosen = replace(chosen, **_REST)
     places = {"dead": tuple((row, column) for row, column in given["dead"])} if "dead" in given else {}
     found = replace(chosen, **{**given, **places})
+    if found.columns and found.skip_columns:
+        raise ValueError("columns: and skip_columns exclude each other")
     for key, what in _OF_CODES.items():
         if key in given and found.unit != "codes":
             raise ValueError(f"{key}: only codes have {what}: the unit must be codes, not {found.unit}")

@@ -9,7 +9,8 @@ import numpy as np
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
-from tfra.recordings.formats.text import Table, are_headings, require_numbers, table_for
+from tfra.recordings.columns import by_header
+from tfra.recordings.formats.text import Table, are_headings, require_numbers, table_for, table_of_names
 from tfra.recordings.frames import Recording, front_end, in_place, pascals, tare_of
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError
@@ -60,13 +61,15 @@ class FrameLines:
         text = _text(line)
         if not text.strip() or text.lstrip().startswith("#"):
             return None
-        table = self._table or table_for(_PLACE, self._sensor, self._given.skip_columns, [text])
+        table = self._table or self._found(text)
+        if table is None:
+            return None
         first, self._begun = not self._begun, True
         if first and are_headings(table.cells(text)):
             return None
         ((_, cells),) = require_numbers(table, [(0, text)])
         self._table = table
-        values = np.array([[float(cell) for cell in cells[self._given.skip_columns :]]])
+        values = np.array([[float(cell) for cell in table.taxels(cells)]])
         levels = in_place(_PLACE, values, self._sensor, self._adc, self._given)
         if len(self._tare) < self._given.tare_frames:
             self._tare.append(levels)
@@ -75,6 +78,14 @@ class FrameLines:
                 self._convert = front_end(_PLACE, self._sensor, self._adc, self._given, rest)
             return None
         return pascals(_PLACE, levels, self._convert)
+
+
+    def _found(self, text: str) -> Table | None:
+        """The table of the first line; None for one of names, and before that."""
+        if not by_header(self._given):
+            return table_for(_PLACE, self._sensor, self._given, [text])
+        self._table, self._begun = table_of_names(_PLACE, self._sensor, self._given, text), True
+        return None
 
 
 def _text(line: bytes) -> str:

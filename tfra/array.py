@@ -99,6 +99,8 @@ class Array:
         flip_x: bool | None = None,
         flip_y: bool | None = None,
         skip_columns: int | None = None,
+        columns: str | None = None,
+        strict: bool | None = None,
         topic: str | None = None,
     ) -> Recording:
         """Read a recording: ``frames (n, rows, columns)`` in Pa, compression negative, and ``time (n,)`` or None.
@@ -117,7 +119,8 @@ class Array:
         ``pa_per_code``: stress of one.  ``drift_frames``: the time constant with which the offset follows between
         contacts.  ``dead``: (row, column) of taxels that are computed from their neighbours.  ``order``: a frame runs
         along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns
-        before the taxels, the first is the time.  ``topic`` of a log.
+        before the taxels, the first is the time.  ``columns`` that are taxels, "2-64" or names as "T_{row}_{column}".
+        ``strict``: no line of text may be wrong.  ``topic`` of a log.
 
         Raises ``tfra.InputError`` that names the file and the place, or the option, that is wrong.
         """

@@ -37,12 +37,14 @@ class Values:
     """What a file holds: a frame in each row or with its axes, in the unit of the file; and times, if it has them.
 
     The shape of ``frames`` is one that ``wrong_shape`` accepts, without skipped columns.
-    ``time (n,)`` is finite; ``seconds``: in s since the first frame, otherwise their unit is unknown.
+    ``time (n,)`` is finite; ``seconds``: in s since the first frame, otherwise their unit is unknown.  ``notes`` are
+    warnings.
     """
 
     frames: Array
     time: Floats | None = None
     seconds: bool = False
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

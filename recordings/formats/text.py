@@ -3,7 +3,8 @@
 import codecs
 import csv
 import re
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,7 +12,9 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
-from tfra.recordings.formats import Columns, Format, Values, finite
+from tfra.recordings.columns import Columns, by_header, by_name, by_place, guessed
+from tfra.recordings.formats import Columns as Written
+from tfra.recordings.formats import Format, Values, finite
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import opened
@@ -28,60 +31,125 @@ _ROWS = 10_000
 _LIKE_A_TIME = 4
 """Most cells beyond the taxels that may be other columns."""
 
+_HEAD = 50
+"""Most lines before the first frame."""
+
+_BAD = 0.01
+"""Largest share of lines that are no frames and are left out."""
+
 
 @dataclass(frozen=True)
 class Table:
-    """How the lines of ``file`` are read: ``skip`` cells, then a number for every taxel."""
+    """How the lines of ``file`` are read: cells between separators, of which some are taxels."""
 
     file: Path
     sensor: SensorArray
-    skip: int
+    given: Input
     separator: str
-
-    @property
-    def width(self) -> int:
-        """Cells of a line."""
-        return self.skip + self.sensor.taxels
+    columns: Columns
+    names: tuple[str, ...] = ()
+    """Of the columns, if there is a header."""
 
     def split(self, line: str) -> list[str]:
-        """The cells of ``line`` as they are written."""
+        """The cells of ``line`` as they are written, without quotes around them."""
+        if '"' in line:
+            (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+            return cells
         return line.split(None if self.separator == " " else self.separator)
 
     def cells(self, line: str) -> list[str]:
         """The cells of ``line``, with points in their numbers; a separator at its end has none after it."""
         cells = self.split(line)
         cells = [cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell for cell in cells]
-        if len(cells) == self.width + 1 and not cells[-1].strip():
+        if len(cells) == (self.columns.width or 0) + 1 and not cells[-1].strip():
             del cells[-1]
         return cells
 
+    def has_all(self, cells: list[str]) -> bool:
+        """Whether there are as many cells as in a frame."""
+        width = self.columns.width
+        return len(cells) == width if width else len(cells) > max(self.columns.places)
+
+    def taxels(self, cells: list[str]) -> list[str]:
+        """The cells of the taxels, row by row or as the frame runs."""
+        return [cells[place] for place in self.columns.places]
+
     def fits(self, line: str) -> bool:
-        """Whether ``line`` is as many numbers as there are taxels, after the cells that are skipped."""
+        """Whether ``line`` has a number for every taxel, and no cells too many."""
         cells = self.cells(line)
-        return len(cells) == self.width and all(map(_is_number, cells[self.skip :]))
+        return self.has_all(cells) and all(map(_is_number, self.taxels(cells)))
 
 
 def read(file: Path, sensor: SensorArray, given: Input) -> Values:
-    """Return the lines of the text ``file``, ``(n, m)``, without the cells that are skipped, of which the first is the
-    time, ``(n,)``, if all of them are finite numbers, else None.  A number too large for a double is infinite.
+    """Return the lines of the text ``file``, ``(n, m)``, without the cells that are no taxels, of which the first is
+    the time, ``(n,)``, if all of them are finite numbers, else None.  A number too large for a double is infinite.
 
     Separators are commas, semicolons, tabs, bars or blanks, whichever makes the first lines fit the taxels; but between
-    commas a decimal comma will do.  A first line of headings, empty lines and those that begin with # are left out.
-    Raises ``InputError`` naming the line.
+    commas a decimal comma will do.  Words before the first frame, empty lines and those that begin with # are left out,
+    and a few lines that are no frames, with a note.  Raises ``InputError`` naming the line.
     """
-    skip, every = given.skip_columns, enumerate(_text(file), 1)
+    every = enumerate(_text(file), 1)
     texts = [(number, line) for number, line in every if line.strip() and not line.lstrip().startswith("#")]
-    table = table_for(file, sensor, skip, [line for _, line in texts[:2]])
-    if texts and are_headings(table.cells(texts[0][1])):
-        del texts[0]
-    lines = require_numbers(table, texts)
-    if lines and [cell.strip() for cell in lines[0][1][skip:]] == [str(taxel) for taxel in range(sensor.taxels)]:
+    table, start = _begun(file, sensor, given, texts)
+    lines, notes = _frames(table, texts[start:])
+    if lines and [cell.strip() for cell in table.taxels(lines[0][1])] == [str(taxel) for taxel in range(sensor.taxels)]:
         reason = f"the numbers from 0 to {sensor.taxels - 1} are headings, not stress: remove the line"
         raise InputError(file, f"line {lines[0][0]}", reason)
     values = np.empty((len(lines), sensor.taxels))
     for row, (_, cells) in zip(values, lines, strict=True):
-        row[:] = [float(cell) for cell in cells[skip:]]
-    return Values(values, _times([cells[0] for _, cells in lines]) if skip else None)
+        row[:] = [float(cell) for cell in table.taxels(cells)]
+    time = table.columns.time
+    times = None if time is None else _times([cells[time] for _, cells in lines])
+    return Values(values, times, notes=(*notes, *_other_order(table)))
+
+
+def _begun(file: Path, sensor: SensorArray, given: Input, texts: list[tuple[int, str]]) -> tuple[Table, int]:
+    """The table of a file, and the number of its lines before the first frame."""
+    head = [line for _, line in texts[:_HEAD]]
+    if by_header(given):
+        for place, line in enumerate(head, 1):
+            if table := table_of_names(file, sensor, given, line):
+                return table, place
+        raise InputError(file, "", f"no line names {sensor.taxels} taxels as {quoted(given.columns)} (--columns)")
+    start = 0
+    while start < len(head) and _is_word(head[start]) and not _fits_any(file, sensor, given, head[start]):
+        start += 1
+    if not any(_fits_any(file, sensor, given, line) for line in head[start : start + 2]):
+        start = 0
+    table = table_for(file, sensor, given, head[start : start + 2])
+    if start == 0 and texts and are_headings(table.cells(texts[0][1])):
+        start = 1
+    return replace(table, names=tuple(table.split(head[start - 1])) if start else ()), start
+
+
+def _frames(table: Table, texts: list[tuple[int, str]]) -> tuple[list[Line], list[str]]:
+    """The lines that are frames, and a note on those that are not if they are few."""
+    _require_one_point(table, texts)
+    every = [(number, table.cells(line)) for number, line in texts]
+    bad: list[InputError] = []
+    lines = []
+    for line in every:
+        try:
+            _require_numbers(table, line, every)
+            lines.append(line)
+        except InputError as error:
+            bad.append(error)
+            if table.given.strict or len(bad) > _BAD * len(every):
+                raise bad[0] from None
+    if not bad:
+        return lines, []
+    first = str(bad[0]).removeprefix(f"{table.file}: ")
+    return lines, [f"{len(bad)} of {len(every)} lines are no frames and left out (--strict refuses them): {first}"]
+
+
+def _other_order(table: Table) -> Iterator[str]:
+    """Names of the header that say another order of the taxels."""
+    if by_header(table.given) or len(table.names) != table.columns.width or table.given.order != "rows":
+        return
+    pattern = guessed(table.names, table.sensor)
+    found = by_name(pattern, table.names, table.sensor) if pattern and "{row}" in pattern else None
+    if found and found.places != table.columns.places:
+        yield f"the header's names are in another order than row by row: are they right? (--columns {pattern})"
 
 
 def require_numbers(table: Table, texts: list[tuple[int, str]]) -> list[Line]:
@@ -93,15 +161,42 @@ def require_numbers(table: Table, texts: list[tuple[int, str]]) -> list[Line]:
     return lines
 
 
-def table_for(file: Path, sensor: SensorArray, skip: int, first: list[str]) -> Table:
+def table_for(file: Path, sensor: SensorArray, given: Input, first: list[str]) -> Table:
     """Return the table that the first lines of text fit; if they fit none, the one with the most helpful error."""
-    tables = [Table(file, sensor, skip, separator) for separator in _SEPARATORS]
+    tables = _tables(file, sensor, given)
     fitting = [table for table in tables if any(map(table.fits, first))]
 
     def numbers(table: Table) -> int:
         return sum(_is_number(cell) for line in first for cell in table.cells(line))
 
     return fitting[0] if fitting else max(tables, key=numbers)
+
+
+def table_of_names(file: Path, sensor: SensorArray, given: Input, line: str) -> Table | None:
+    """Return the table whose header ``line`` is, if its names fit ``given.columns``."""
+    for separator in _SEPARATORS:
+        table = Table(file, sensor, given, separator, Columns((), None))
+        if columns := by_name(given.columns or "", table.split(line), sensor):
+            return replace(table, columns=columns)
+    return None
+
+
+def _tables(file: Path, sensor: SensorArray, given: Input) -> list[Table]:
+    try:
+        columns = by_place(given, sensor)
+    except ValueError as error:
+        key, _, reason = str(error).partition(": ")
+        raise InputError(file, f"input.{key}", reason) from None
+    return [Table(file, sensor, given, separator, columns) for separator in _SEPARATORS]
+
+
+def _fits_any(file: Path, sensor: SensorArray, given: Input, line: str) -> bool:
+    return any(table.fits(line) for table in _tables(file, sensor, given))
+
+
+def _is_word(line: str) -> bool:
+    """Whether a line begins as a word does: with a letter, an underscore, or a quote before one."""
+    return re.match(r"\s*[\"']?[^\W\d]", line) is not None
 
 
 def _times(cells: list[str]) -> Floats | None:
@@ -115,9 +210,12 @@ def _text(file: Path) -> list[str]:
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError(file, "", "is UTF-16 text, UTF-8 is needed")
     try:
-        lines = re.split("\r\n|\r|\n", data.decode("utf-8-sig"))
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(file, "", "is not UTF-8 text") from None
+        text = data.decode("latin-1")  # as spreadsheets write units; numbers are ASCII in both
+        if re.search("[\x01-\x08\x0e-\x1f\x7f-\x9f]", text):
+            raise InputError(file, "", "is not text in UTF-8 or Latin-1") from None
+    lines = re.split("\r\n|\r|\n", text)
     for number, line in enumerate(lines, 1):
         if "\0" in line:
             raise InputError(file, f"line {number}", "a NUL byte is in the text")
@@ -136,9 +234,10 @@ def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
     """Numbers with points in one place and commas in another may have the commas between thousands."""
     if table.separator == ",":
         return
+    skip = table.columns.places[0] if table.given.columns is None else 0
     first: dict[str, int] = {}
     for number, line in texts:
-        for mark in re.findall("(?<=[0-9])[.,](?=[0-9])", " ".join(table.split(line)[table.skip :])):
+        for mark in re.findall("(?<=[0-9])[.,](?=[0-9])", " ".join(table.split(line)[skip:])):
             first.setdefault(mark, number)
     if len(first) == 2:
         (other, _), (here, number) = first.items()
@@ -149,29 +248,34 @@ def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
 
 def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
     number, cells = line
-    if len(cells) != table.width:
-        sensor, skip = table.sensor, f" after {table.skip} skipped column{'s' * (table.skip > 1)}" if table.skip else ""
-        needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns){skip} are needed"
+    if not table.has_all(cells):
+        sensor, skip = table.sensor, table.given.skip_columns
+        after = f" after {skip} skipped column{'s' * (skip > 1)}" if skip else ""
+        needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns){after} are needed"
         hint = _hint(table, cells, lines)
         raise InputError(table.file, f"line {number}", f"{needed}, got {len(cells)}{hint and f': {hint}'}")
-    for position, cell in enumerate(cells[table.skip :], table.skip + 1):
-        if not _is_number(cell):
-            reason = f"{quoted(cell.strip())} at position {position} is not a number"
+    for place in table.columns.places:
+        if not _is_number(cells[place]):
+            reason = f"{quoted(cells[place].strip())} at position {place + 1} is not a number"
             raise InputError(table.file, f"line {number}", reason)
 
 
 def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     """Return the probable cause of a wrong number of ``cells``."""
-    taxels, skip, more = table.sensor.taxels, table.skip, len(cells) - table.width
+    taxels, skip = table.sensor.taxels, table.given.skip_columns
+    more = len(cells) - (table.columns.width or len(cells))
     commas = len(cells) == 2 * taxels and table.separator == ","
     firsts = [float(cells[0]) for _, cells in lines if _is_number(cells[0])]  # text as 12:30:01 may be a time, too
     time = more == 1 and not skip and all(one < next_ for one, next_ in pairwise(firsts))
-    other_columns = 1 < more <= _LIKE_A_TIME or (more == 1 and skip)
+    other = 1 < more <= _LIKE_A_TIME or (more == 1 and skip)
+    last = f"{skip + 1}-{skip + taxels}"
+    both = f"are other columns than taxels first (--skip-columns {skip + more}) or last (--columns {last})?"
     hints = (
         (commas, "are these decimal commas? then numbers need another separator"),
         (skip and len(cells) == taxels, "are all columns taxels? (--skip-columns 0)"),
+        (named := guessed(table.names, table.sensor), f"does the header name the taxels? (--columns {named})"),
         (time, "is the first column a time stamp? (--skip-columns 1)"),
-        (other_columns, f"are the first {skip + more} columns no taxels? (--skip-columns {skip + more})"),
+        (other, both),
     )
     return next((hint for holds, hint in hints if holds), "")
 
@@ -187,7 +291,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def write_table(path: Path, table: Columns) -> None:
+def write_table(path: Path, table: Written) -> None:
     """Write ``table`` to ``path``, with the shortest numbers that are read back as the same double."""
     with open(path, "x", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")

@@ -80,7 +80,9 @@ def test_skipped_columns_of_text(tmp_path: Path) -> None:
     path.write_text("1,0,1,2,3,4,5,6\n1e999,1,7,8,9,10,11,12\n")
     assert read(path, Input(skip_columns=2)).time is None
     reason = "line 1: 6 numbers (2 rows x 3 columns) after 1 skipped column are needed, got "
-    assert refusal(path, Input(skip_columns=1)) == (f"{reason}8: are the first 2 columns no taxels? (--skip-columns 2)")
+    assert refusal(path, Input(skip_columns=1)) == (
+        f"{reason}8: are other columns than taxels first (--skip-columns 2) or last (--columns 2-7)?"
+    )
     path.write_text("1,2,3,4,5,6\n")
     assert refusal(path, Input(skip_columns=1)) == f"{reason}6: are all columns taxels? (--skip-columns 0)"
     path.write_text("t,0,1,2,3,4,5\n1,2,3,4,5,6,7\n")
