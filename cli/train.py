@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tfra.cli.common import Config, Json, Seed, WorkFolder, failures, print_json, progress
+from tfra.cli.messages import print_error
 from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
+    from tfra.codegen.config.weights import Trained
     from tfra.train.loop import State
     from tfra.train.run import Advance
 
@@ -20,6 +22,7 @@ KINDS = ("missed", "invented")
 """Shares of a skin's contacts."""
 
 Out = Annotated[Path, typer.Option(metavar="WEIGHTS.npz", help="Where the weights go.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace better weights of the same sensor, too.")]
 Minutes = Annotated[
     float | None, typer.Option(min=0.01, max=1e5, metavar="M", help="Time of the training itself, instead of --steps.")
 ]
@@ -45,11 +48,13 @@ def train(
     seed: Seed = 1,
     channels: Channels = None,
     work: WorkFolder = None,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Train the learned estimator of CONFIG's sensor on simulated contacts, and tell its errors on other ones.
 
-    Of a skin it is that of a window: the same weights serve every skin with this pitch, cover and window.
+    Of a skin it is that of a window: the same weights serve every skin with this pitch, cover and window.  Better
+    weights of the same sensor are kept, and the new ones written beside them.
     """
     require("tfra train", "train", "threadpoolctl")
     if minutes is not None and steps is not None:
@@ -67,13 +72,33 @@ def train(
     check_file(out, ".npz", "train", [config])
     with failures("train", DivergedError, hint=": another --seed may help"):
         trained = run(project.design.sensor, budget, work or Path(f"{out}.work"), _progress)
-    write_weights(out, trained)
+    kept = None if force else _better(out, trained)
+    to = out.with_suffix(".new.npz") if kept else out
+    write_weights(to, trained)
     if json:
-        print_json({"out": str(out), "threshold": trained.threshold, "held_out": dict(trained.held_out)})
-        return
-    for line in _table(dict(trained.held_out)):
-        typer.echo(line)
-    typer.echo(f"{out}: {units[0]}/{units[1]} units, {trained.prior['training.steps']:,} steps")
+        print_json({"out": str(to), "threshold": trained.threshold, "held_out": dict(trained.held_out)})
+    else:
+        for line in _table(dict(trained.held_out)):
+            typer.echo(line)
+        typer.echo(f"{to}: {units[0]}/{units[1]} units, {trained.prior['training.steps']:,} steps")
+    if kept:
+        print_error(f"tfra train: {InputError(out, '', f'{kept}; the new ones are {to.name}, --force replaces')}")
+        raise typer.Exit(1)
+
+
+def _better(file: Path, trained: Trained) -> str | None:
+    """Say that the weights in ``file`` are of the same sensor and have a smaller error, if they have."""
+    from tfra.codegen.config.weights import read_weights
+    from tfra.train.heldout import QUIET
+
+    key = f"force_percent_50_at_{QUIET:g}"
+    try:
+        known = read_weights(file, trained.sensor, trained.window).held_out
+    except InputError:  # no weights, or those of another sensor
+        return None
+    if key not in known or known[key] >= trained.held_out[key]:
+        return None
+    return f"has better weights, with a held-out error of {known[key]:.1f} % of |F|, not {trained.held_out[key]:.1f} %"
 
 
 def _table(found: dict[str, float]) -> list[str]:

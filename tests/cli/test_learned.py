@@ -87,3 +87,33 @@ def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
     assert refusal(capfd, "study", "study.toml", "--out", "out").endswith(
         "config: a design of the TFRA estimator is needed"
     )
+
+
+def test_better_weights_are_kept(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    """Those of the same sensor; the new ones are beside them, and replace them if they are forced to or are better."""
+    key = "force_percent_50_at_0.001"
+
+    def reached(error: float) -> list[str]:
+        weights = random_weights(np.random.default_rng(int(error)), SENSOR.taxels, 3, 2)
+        trained = Trained(SENSOR, weights, 0.25, {"training.steps": 1}, {key: error})
+        monkeypatch.setattr("tfra.train.run.run", lambda *_: trained)
+        return ["train", "skin.toml", "--out", "lab/w.npz", "--json"]
+
+    def errors() -> float:
+        return read_weights(Path("lab/w.npz"), SENSOR).held_out[key]
+
+    assert main(reached(4.0)) == 0  # those before state no error
+    capfd.readouterr()
+    assert main(reached(48.0)) == 1
+    out, err = capfd.readouterr()
+    assert json.loads(out)["out"] == "lab/w.new.npz"
+    assert err == (
+        "tfra train: lab/w.npz: has better weights, with a held-out error of 4.0 % of |F|, not 48.0 %; "
+        "the new ones are w.new.npz, --force replaces\n"
+    )
+    assert errors() == 4.0
+    assert read_weights(Path("lab/w.new.npz"), SENSOR).held_out[key] == 48.0
+    assert main([*reached(48.0), "--force"]) == 0
+    assert errors() == 48.0
+    assert main(reached(3.0)) == 0
+    assert errors() == 3.0
