@@ -33,8 +33,8 @@ SATURATED = 0.01
 
 ALL_OVER, MOSTLY, SOME_FRAMES = 0.05, 0.5, 0.05
 """A frame seems to have an offset if all its taxels have one sign and the smallest magnitude is above the first share
-of the largest, or the median above the second; contacts show 0.03 and 0.22.  A warning is given above the third share
-of such frames."""
+of the largest, or if the median is above the second; contacts show 0.03 and 0.22.  A warning is given above the third
+share of such frames."""
 
 TILTED, MOST_FRAMES = 0.01, 0.5
 """A frame with more compression than traction seems to have an offset, too, if its median is positive and above the
@@ -86,8 +86,8 @@ class _Recording:
         if not len(flat):
             return False
         median, low, high = np.median(flat, axis=1), flat.min(axis=1), flat.max(axis=1)
-        far = (size.min(axis=1) > ALL_OVER * peak) | (np.abs(median) > MOSTLY * peak)
-        same = ((low > 0) | (high < 0)) & far
+        far = np.abs(median) > MOSTLY * peak
+        same = (((low > 0) | (high < 0)) & (size.min(axis=1) > ALL_OVER * peak)) | far
         tilted = (-low > high) & (median > TILTED * peak)
         return bool(same.mean() > SOME_FRAMES or (same | tilted).mean() > MOST_FRAMES)
 
@@ -178,12 +178,15 @@ def _share(status: Ints, flag: Status) -> float:
 def _codes(array: Measured, recording: _Recording, given: Input) -> str | None:
     """Whole numbers within the converter's codes, where a code is more than a pascal."""
     lsb, codes = array.adc.lsb, 1 << array.adc.bits
-    if given.unit != "Pa" or lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
+    if given.unit == "codes" or (given.unit == "Pa" and lsb < 1.5):
         return None
-    option = _OFFSET if np.median(recording.flat) > codes / 4 else "--unit codes"
+    numbers = recording if given.unit == "Pa" else _Recording(recording.frames / PASCALS[given.unit])
+    if not 1 < numbers.largest < codes or not numbers.whole:
+        return None
+    option = _OFFSET if np.median(numbers.flat) > codes / 4 else "--unit codes"
     return (
-        f"all values are whole numbers up to {recording.largest:.0f}: are these codes of the {array.adc.bits}-bit "
-        f"converter instead of Pa (1 code = {lsb:.6g} Pa)? ({option})"
+        f"all values are whole numbers up to {numbers.largest:.0f}: are these codes of the {array.adc.bits}-bit "
+        f"converter instead of {given.unit} (1 code = {lsb:.6g} Pa)? ({option})"
     )
 
 
@@ -235,7 +238,7 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
     if ratio > SCRAMBLED:
         yield (
             f"neighbours differ {ratio:.1f} times as much as if the file went {way} by {way}: are rows and columns "
-            f"swapped? (--order {way}s)"
+            f"swapped in the file (--order {way}s), or in CONFIG's [sensor]?"
         )
 
 

@@ -176,13 +176,22 @@ def _no_stress(value: float) -> str:
     return f"is {value:g} Pa, the limit is {MOST:g} Pa" if np.isfinite(value) else "is not finite"
 
 
+def _unsigned(rest: float, bits: int) -> str:
+    """A hint at the coding of codes without a sign, most of which are near ``rest``."""
+    half = 1 << (bits - 1)
+    if abs(rest - half) < half / 16:
+        return ": are they offset binary? (--coding offset)"
+    code = f" --rest-code {rest:.0f}" if rest > half / 16 else ""
+    return f": are they unsigned, at rest at about {rest:.0f}? (--coding unipolar{code})"
+
+
 def _require_codes(file: Path, frames: Floats, adc: Adc, given: Input) -> None:
     first, last = codes_of(given.coding, adc.bits)
 
     def reason(value: float) -> str:
         hints = (
             (value % 1 or not -(2**adc.bits) <= value < 2**adc.bits, ": is the unit Pa or kPa? (--unit)"),
-            (given.coding == "signed" and frames.min() >= 0, ": are they offset binary? (--coding offset)"),
+            (given.coding == "signed" and frames.min() >= 0, _unsigned(float(np.median(frames)), adc.bits)),
             (frames.min() < 0, ": are they signed? (--coding signed)"),
         )
         hint = next((hint for holds, hint in hints if holds), "")

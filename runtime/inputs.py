@@ -71,12 +71,20 @@ def read_toml(file: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         reason, _, place = str(error).removesuffix(")").rpartition(" (at ")
         last = data.count(b"\n") + 1
-        raise InputError(file, place.replace("end of document", f"line {last}"), reason) from None
+        place, reason = place.replace("end of document", f"line {last}"), reason + _toml_hint(file, data)
+        raise InputError(file, place, reason) from None
     except (ValueError, RecursionError):  # an integer of thousands of digits, thousands of brackets
         raise InputError(file, "", "is not valid TOML") from None
     if (key := _too_long(tables)) is not None:
         raise InputError(file, key.removeprefix("."), "a whole number of at most 64 bits is needed")
     return tables
+
+
+def _toml_hint(file: Path, data: bytes) -> str:
+    """What may be behind a file that is no TOML."""
+    if file.suffix != ".toml":
+        return ": a file of TOML is needed here, in which keys have values"
+    return ": numbers have decimal points, as 2.8" if re.search(rb"^\s*\w+\s*=\s*[-+]?\d+,\d", data, re.M) else ""
 
 
 def _too_long(value: object) -> str | None:

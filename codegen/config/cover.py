@@ -50,7 +50,9 @@ class LayerSpec:
 def require_few_modes(layer: ElasticLayer) -> None:
     """Raise ``ValueError`` (``thickness_mm: ...``) for a cover so thin that its series has too many terms."""
     if (modes := layer.modes) > MOST_MODES:
-        reason = f"a cover this thin takes {modes:,} modes of its series, at most {MOST_MODES:,} are supported"
+        reason = (
+            f"a cover this thin takes {modes:,} modes of its series, at most {MOST_MODES:,} are supported: is it in mm?"
+        )
         raise ValueError(f"thickness_mm: {reason}")
 
 

@@ -160,7 +160,8 @@ def test_an_order_that_is_not_that_of_the_file(name: str, flips: tuple[bool, boo
         given = Input(order=order, flip_x=flips[0], flip_y=flips[1])  # type: ignore[arg-type]  # a str of the table
         doubts = [line for line in told(arranged(lines, given, sensor), sensor, given) if "neighbours differ" in line]
         way = written.removesuffix("s")
-        ending = f"{way} by {way}: are rows and columns swapped? (--order {written})"
+        asked = "are rows and columns swapped in the file "
+        ending = f"{way} by {way}: {asked}(--order {written}), or in CONFIG's [sensor]?"
         assert [line.endswith(ending) for line in doubts] == [True] * (written != order)
 
 
@@ -261,3 +262,13 @@ def test_over_full_scale() -> None:
         "; all values are whole numbers up to 8000: are these codes of the 14-bit converter instead of Pa "
         "(1 code = 6.10352 Pa)? (--unit codes)"
     )
+
+
+def test_codes_of_another_unit_or_an_offset_of_codes() -> None:
+    """Whole numbers in kPa, too; unsigned codes about a rest that is not half of the range."""
+    one, frames = design(SQUARE), contacts(SQUARE)
+    codes = np.rint(frames / np.abs(frames).max() * 900)
+    (line,) = [line for line in told(1000 * codes, given=Input(unit="kPa")) if "whole numbers" in line]
+    assert "whole numbers up to 900: are these codes of the 14-bit converter instead of kPa" in line
+    shifted = (codes - 6000) * one.adc.lsb
+    assert any("a common offset" in line for line in told(shifted, given=Input(unit="codes", coding="offset")))

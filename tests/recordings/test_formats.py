@@ -344,10 +344,19 @@ def test_tare(tmp_path: Path) -> None:
         read(tmp_path / "f.csv", Input(tare=tmp_path / "rest.npy"))
 
 
+def test_unsigned_codes_are_read_as_the_hint_says(tmp_path: Path) -> None:
+    """At rest at half of the range, or anywhere else."""
+    for rest, hint in ((2048, "(--coding offset)"), (600, "at about 600? (--coding unipolar --rest-code 600)")):
+        np.save(tmp_path / "f.npy", np.array([[rest, rest, rest + 1500, rest, rest - 3, rest]]))
+        assert hint in refusal(tmp_path / "f.npy", Input(unit="codes"))
+        given = Input("codes", coding="offset") if rest == 2048 else Input("codes", coding="unipolar", rest_code=600.0)
+        assert (read(tmp_path / "f.npy", given).frames[0, 0, :2] == 0).all()
+
+
 @pytest.mark.parametrize(
     ("value", "coding", "said"),
     [
-        (2048, "signed", "signed codes of 12 bits are whole numbers from -2048 to 2047: are they offset binary? (--c"),
+        (2048, "signed", "are they unsigned, at rest at about 0? (--coding unipolar)"),
         (-1, "offset", "offset codes of 12 bits are whole numbers from 0 to 4095: are they signed? (--coding signed)"),
         (-1, "unipolar", "unipolar codes of 12 bits are whole numbers from 0 to 4095: are they signed? (--coding sig"),
         (0.5, "signed", "whole numbers from -2048 to 2047: is the unit Pa or kPa? (--unit)"),
