@@ -1,7 +1,7 @@
 """Reading a recording from a robot's log: MCAP files, and rosbag2 folders of SQLite or MCAP.
 
-A frame is a message of ROS 2: ``std_msgs/Float32MultiArray`` with a number for each taxel, or ``sensor_msgs/Image`` of
-encoding 32FC1.  Its time is that of the log.
+A frame is a message of ROS 2: an array of ``std_msgs`` with a number for each taxel, or ``sensor_msgs/Image`` with one
+channel.  Its time is that of the log.
 """
 
 from collections.abc import Iterator
@@ -17,9 +17,18 @@ from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, quoted, shortened
 from tfra.runtime.inputs import opened
 
-_ARRAY, _IMAGE = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/Image"
+_NUMBERS = ("Float32", "Float64", "UInt8", "UInt16", "UInt32", "Int8", "Int16", "Int32")
+_ARRAYS = frozenset(f"std_msgs/msg/{name}MultiArray" for name in _NUMBERS)
+_IMAGE = "sensor_msgs/msg/Image"
 
-_NEEDED = "Float32MultiArray or Image 32FC1"
+_PIXELS = {
+    **{"32FC1": "f4", "64FC1": "f8", "8UC1": "u1", "mono8": "u1", "16UC1": "u2", "mono16": "u2"},
+    **{"8SC1": "i1", "16SC1": "i2", "32SC1": "i4"},
+}
+"""Numbers of a pixel by the encoding."""
+
+_NEEDED = "a MultiArray of numbers, or an Image with one channel"
+"""What a topic of frames has."""
 
 _Message = tuple[str, str, int, bytes]
 """The topic, the kind, the time of the log in ns, and the data."""
@@ -70,17 +79,18 @@ def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -
 
 def _frame(path: Path, store: Any, topic: str, kind: str, data: bytes) -> Floats | str:
     """The numbers of a message, or why it has none; an image gives its rows."""
-    if kind not in (_ARRAY, _IMAGE):
+    if kind not in (*_ARRAYS, _IMAGE):
         return f"{_NEEDED} is needed, got {quoted(kind)}"
     try:
         content = store.deserialize_cdr(data, kind)
-        if kind == _ARRAY:
+        if kind in _ARRAYS:
             return np.asarray(content.data, dtype=np.float64)
-        if content.encoding != "32FC1":
-            return f"encoding 32FC1 is needed, got {quoted(content.encoding)}"
+        if content.encoding not in _PIXELS:
+            return f"encoding {', '.join(_PIXELS)} is needed, got {quoted(content.encoding)}"
+        number = np.dtype(_PIXELS[content.encoding]).newbyteorder(">" if content.is_bigendian else "<")
         lines = np.asarray(content.data, dtype=np.uint8).reshape(content.height, content.step)
-        pixels = np.ascontiguousarray(lines[:, : 4 * content.width])
-        return pixels.view(">f4" if content.is_bigendian else "<f4").astype(np.float64)
+        pixels = np.ascontiguousarray(lines[:, : number.itemsize * content.width])
+        return pixels.view(number).astype(np.float64)
     except Exception as error:  # a decoder that trusts its input may raise anything
         reason = shortened(str(error), 100)
         raise InputError(path, FRAMES, f"a message of {quoted(topic)} is damaged: {reason}") from None

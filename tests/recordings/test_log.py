@@ -34,17 +34,26 @@ def array(values: np.ndarray) -> bytes:
     return bytes(STORE.serialize_cdr(STORE.types[ARRAY](layout, values.ravel().astype(np.float32)), ARRAY))
 
 
+def numbers(values: np.ndarray, name: str) -> bytes:
+    """An array of numbers of another kind."""
+    kind, layout = f"std_msgs/msg/{name}MultiArray", STORE.types["std_msgs/msg/MultiArrayLayout"]([], 0)
+    return bytes(STORE.serialize_cdr(STORE.types[kind](layout, values.ravel().astype(name.lower())), kind))
+
+
 def by_hand(values: np.ndarray) -> bytes:
     """The same, written as the standard of CDR has it: no dimensions, no offset, the count, the numbers."""
     return b"\0\1\0\0" + struct.pack(f"<III{values.size}f", 0, 0, values.size, *values.ravel())
 
 
-def image(values: np.ndarray, encoding: str = "32FC1", padding: int = 0, order: str = "<") -> bytes:
+def image(
+    values: np.ndarray, encoding: str = "32FC1", padding: int = 0, order: str = "<", number: str = "f4"
+) -> bytes:
     rows, columns = values.shape
+    size = np.dtype(number).itemsize
     header = STORE.types["std_msgs/msg/Header"](STORE.types["builtin_interfaces/msg/Time"](0, 0), "skin")
-    lines = np.ascontiguousarray(values, dtype=f"{order}f4").view(np.uint8).reshape(rows, 4 * columns)
+    lines = np.ascontiguousarray(values, dtype=f"{order}{number}").view(np.uint8).reshape(rows, size * columns)
     data = np.pad(lines, ((0, 0), (0, padding))).ravel()
-    step = 4 * columns + padding
+    step = size * columns + padding
     content = STORE.types[IMAGE](header, rows, columns, encoding, int(order == ">"), step, data)
     return bytes(STORE.serialize_cdr(content, IMAGE))
 
@@ -104,6 +113,33 @@ def test_logs(tmp_path: Path, log: Any, kind: str, write: Any) -> None:
     assert found.seconds
 
 
+WORDS = np.random.default_rng(4).integers(0, 100, (4, 2, 3))
+
+
+@pytest.mark.parametrize("name", ["Float64", "UInt8", "UInt16", "UInt32", "Int8", "Int16", "Int32"])
+def test_arrays_of_any_numbers(tmp_path: Path, name: str) -> None:
+    words = WORDS - (50 if name.startswith("I") else 0)
+    kind = f"std_msgs/msg/{name}MultiArray"
+    path = mcap(tmp_path / "f.mcap", of("/a", kind, lambda frame: numbers(frame, name), words))
+    assert read(path).frames.tolist() == words.tolist()
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize(
+    ("encoding", "number"),
+    [
+        *(("64FC1", "f8"), ("8UC1", "u1"), ("mono8", "u1"), ("8SC1", "i1"), ("16UC1", "u2"), ("mono16", "u2")),
+        *(("16SC1", "i2"), ("32SC1", "i4")),
+    ],
+)
+def test_images_of_one_channel(tmp_path: Path, encoding: str, number: str, order: str) -> None:
+    def written(frame: np.ndarray) -> bytes:
+        return image(frame, encoding, padding=3, order=order, number=number)
+
+    words = WORDS * (1 if number.endswith("1") else 300) - (900 if number.startswith("i") else 0)
+    assert read(mcap(tmp_path / "f.mcap", of("/a", IMAGE, written, words))).frames.tolist() == words.tolist()
+
+
 def test_keys_apply(tmp_path: Path) -> None:
     path = mcap(tmp_path / "f.mcap", of("/a", IMAGE, lambda frame: image(frame.T)))
     how = Input(order="columns", unit="kPa", compression="positive")
@@ -119,19 +155,20 @@ def test_topics(tmp_path: Path) -> None:
     path = mcap(tmp_path / "f.mcap", of("/left", ARRAY, array) + of("/right", IMAGE, image, -FRAMES))
     assert refusal(path) == "frames: several topics hold frames, which one? (--topic): /left, /right"
     np.testing.assert_array_equal(read(path, Input(topic="/right")).frames, -FRAMES)
-    assert refusal(path, Input(topic="/up")).startswith("frames: the log has no topic '/up' (Float")
+    assert refusal(path, Input(topic="/up")).startswith("frames: the log has no topic '/up' (a Multi")
 
 
 def test_wrong_logs(tmp_path: Path) -> None:
     path = tmp_path / "f.mcap"
-    needed = "Float32MultiArray or Image 32FC1"
+    needed = "a MultiArray of numbers, or an Image with one channel"
     none = f"frames: the log has no topic that holds frames ({needed}), its topics: "
     assert refusal(mcap(path, [])) == f"{none}none"
     assert refusal(mcap(path, of("/a", ARRAY, array), "json")) == f"{none}/a"
     asked = Input(topic="/a")
     assert refusal(path, asked) == f"frames: '/a': {needed} is needed, got 'json'"
     camera = of("/a", IMAGE, lambda frame: image(frame, "rgb8"))
-    assert refusal(mcap(path, camera), asked) == "frames: '/a': encoding 32FC1 is needed, got 'rgb8'"
+    assert refusal(mcap(path, camera), asked).startswith("frames: '/a': encoding 32FC1, 64FC1, 8UC1, ")
+    assert refusal(path, asked).endswith(" is needed, got 'rgb8'")
     other = of("/a", ARRAY, lambda frame: array(np.append(0, frame)))
     assert refusal(mcap(path, other), asked).endswith("is the first column a time stamp? (--skip-columns 1)")
     mixed = [*of("/a", ARRAY, array), ("/a", ARRAY, TIMES[-1] + 1, array(FRAMES[0, 0]))]
