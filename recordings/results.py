@@ -55,10 +55,14 @@ class Estimate:
 
     def tables(self) -> dict[str, Columns]:
         """Tables by their names: a row for each frame, and one for each taxel of each frame."""
-        frames = {"frame": np.arange(len(self.result.mu)), **_time(self.recording), **_columns(self.result)}
         n, rows, columns = self.recording.frames.shape
         taxels = np.indices((n, rows, columns)).reshape(3, -1)
-        return {"frames": frames, "forces": {**dict(zip(_PLACE, taxels, strict=True)), **_forces(self.result)}}
+        forces = {**dict(zip(_PLACE, taxels, strict=True)), **_forces(self.result)}
+        return {"frames": self.frames(), "forces": forces}
+
+    def frames(self) -> Columns:
+        """The table with a row for each frame."""
+        return {"frame": np.arange(len(self.result.mu)), **_time(self.recording), **_columns(self.result)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,11 @@
 """The result of ``Skin.estimate``: contacts, their forces, tracks and files."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +22,10 @@ from tfra.recordings.skin_facts import skin_facts, skin_lines
 from tfra.result import Errors, Page
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.outputs import check_file, write_text
+from tfra.tables import dataframe, html_table
 
-SHOWN = 12
-"""Contacts of a table in a notebook."""
-
+if TYPE_CHECKING:
+    import polars as pl
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Contacts(SkinResult):
@@ -60,12 +61,16 @@ class Contacts(SkinResult):
         return f"<tfra.Contacts of the {self.engine} engine\n  {text}>"
 
     def _repr_html_(self) -> str:
-        columns = {name: values[:SHOWN].tolist() for name, values in self.table.items()}
-        head = "".join(f"<th>{escape(name)}</th>" for name in columns)
-        rows = ("".join(f"<td>{value:.5g}</td>" for value in row) for row in zip(*columns.values(), strict=True))
-        return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+        return html_table(self.table)
 
-    def errors(self, truth: Truth) -> "ContactErrors":
+    def to_dataframe(self) -> pl.DataFrame:
+        """Return ``table`` as one of polars; ``to_pandas()`` of that needs pandas.
+
+        Raises ``tfra.InputError`` where polars is missing (``pip install 'tfra[tables]'``).
+        """
+        return dataframe("Contacts.to_dataframe", self.table)
+
+    def errors(self, truth: Truth) -> ContactErrors:
         """Compare with ``truth``, from ``Skin.simulate``; a contact and the true one next to it belong together.
 
             >>> skin = tfra.load_skin("examples/fingers_32x32.toml")

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tfra.codegen.config.read import Project
 from tfra.model import tfra
@@ -18,8 +19,11 @@ from tfra.recordings.facts import facts, lines
 from tfra.recordings.frames import Recording
 from tfra.recordings.results import Estimate, check_result, write_result
 from tfra.runtime.errors import InputError, require
+from tfra.tables import dataframe, html_table
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from tfra.view.resultfile import Recorded, References
 
 
@@ -61,6 +65,25 @@ class Result(tfra.Result):
     def __repr__(self) -> str:
         text = "\n  ".join([*lines(facts(self.stress, self)), *(f"warning: {n}" for n in self.notices)])
         return f"<tfra.Result of the {self.engine} engine, {len(self)} frames\n  {text}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(repr(self))}</pre>{html_table(self.table)}"
+
+    @property
+    def table(self) -> Mapping[str, npt.NDArray[Any]]:
+        """Columns by their names, a row for each frame: those of frames.csv in docs/recordings.md."""
+        return Estimate(self.recording, self, self.engine, "").frames()
+
+    def to_dataframe(self) -> pl.DataFrame:
+        """Return ``table`` as one of polars; ``to_pandas()`` of that needs pandas.
+
+            >>> sensor = tfra.load("examples/skin_8x12.toml")
+            >>> sensor.estimate(sensor.simulate()[0]).to_dataframe()["mu"].len()
+            12
+
+        Raises ``tfra.InputError`` where polars is missing (``pip install 'tfra[tables]'``).
+        """
+        return dataframe("Result.to_dataframe", self.table)
 
     def errors(self, truth: Contact) -> Errors:
         """Compare with ``truth``, from ``Sensor.simulate``, or with another result of the same frames.

@@ -294,3 +294,12 @@ def test_the_wrong_sign_is_told(sensor: tfra.Sensor, simulated: tuple[Any, tfra.
 )
 def test_options_are_arguments_here(option: str, argument: str) -> None:
     assert _as_arguments(option) == argument
+
+
+def test_a_result_as_a_table(sensor: tfra.Sensor) -> None:
+    result = sensor.estimate(sensor.simulate()[0])
+    table = result.to_dataframe()
+    assert table.columns == list(result.table)
+    assert table["mu"].to_list() == result.mu.tolist()
+    assert table["fx_n"].to_list() == result.resultant[:, 0].tolist()
+    assert result._repr_html_().count("<tr>") == 13

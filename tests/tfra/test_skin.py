@@ -102,6 +102,7 @@ def test_files_have_the_table(skin: tfra.Skin, tmp_path: Path) -> None:
     for name, values in table.items():
         np.testing.assert_array_equal([float(row[name]) for row in rows], values)
     assert found._repr_html_().count("<tr>") == 7
+    assert found.to_dataframe()["mu"].to_list() == found.windows.mu.tolist()
     found.save(tmp_path / "r.npz")
     with np.load(tmp_path / "r.npz") as archive:
         np.testing.assert_array_equal(archive["track"], found.tracks())
