@@ -129,14 +129,14 @@ def beats(design: Design, words: list[int], forces: bool = True, header: tuple[i
     return found
 
 
-def c_program(folder: Path, design: Design) -> Path:
-    """``frames.c`` with sanitizers, for the design's package in ``folder``."""
-    source = folder / "frames.c"
-    source.write_text(Path(__file__).with_name("frames.c").read_text().replace("DESIGN", design.name))
+def c_program(folder: Path, array: Design | Skin, name: str = "frames") -> Path:
+    """``frames.c`` or ``contacts.c`` with sanitizers, for the package in ``folder``."""
+    source = folder / f"{name}.c"
+    source.write_text(Path(__file__).with_name(f"{name}.c").read_text().replace("DESIGN", array.name))
     options = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    options += [f"-I{folder}/driver", f"-I{folder}/registers", "-o", str(folder / "frames")]
+    options += [f"-I{folder}/driver", f"-I{folder}/registers", "-o", str(folder / name)]
     subprocess.run(["gcc", *STRICT, *options, source, folder / "driver" / "tfra_frame.c"], check=True)
-    return folder / "frames"
+    return folder / name
 
 
 def answers(program: Path, sent: list[list[int]]) -> list[list[str]]:

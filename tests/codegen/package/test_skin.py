@@ -3,7 +3,6 @@
 import json
 import re
 import struct
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -13,10 +12,10 @@ import numpy as np
 import pytest
 
 from tests.codegen.cocotb_run import outcome
-from tests.codegen.package.c_driver import STRICT, CCore, compiled
+from tests.codegen.package.c_driver import CCore, compiled
 from tests.codegen.package.made import PART, write
 from tests.codegen.package.test_datasheet import table
-from tests.codegen.package.test_drivers import Answers, answers, imported, written
+from tests.codegen.package.test_drivers import Answers, answers, c_program, imported, written
 from tests.hdl.skin.skins import frames_of, skin_of, small_window
 from tests.marks import long
 from tests.sim.test_skin import TINY
@@ -73,14 +72,8 @@ def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 @pytest.fixture(scope="module")
 def program(package: tuple[Skin, Path]) -> Path:
-    """``contacts.c`` with sanitizers."""
     skin, folder = package
-    source = folder / "contacts.c"
-    source.write_text(Path(__file__).with_name("contacts.c").read_text().replace("DESIGN", skin.name))
-    options = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    options += [f"-I{folder}/driver", f"-I{folder}/registers", "-o", str(folder / "contacts")]
-    subprocess.run(["gcc", *STRICT, *options, source, folder / "driver" / "tfra_frame.c"], check=True)
-    return folder / "contacts"
+    return c_program(folder, skin, "contacts")
 
 
 def test_places_of_the_record_are_those_of_the_model() -> None:
