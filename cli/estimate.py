@@ -13,6 +13,7 @@ from tfra.cli.common import Config, Json, print_json, progress, simulation_failu
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.cli.reports import ArrayReport, SkinReport
 from tfra.engines import DOUBLE, Engine, run, run_skin
+from tfra.recordings.input import FILES
 from tfra.runtime.errors import InputError
 
 WIDTH = 80  # of the lines after the table
@@ -58,8 +59,8 @@ def estimate(
         raise InputError("tfra estimate", "--codes", f"the {engine.value} engine always sees the converter's codes")
     project = for_recording(load(config), frames, given or {}, "estimate")
     recording = frames_at(frames, project)
-    stresses, tare = recording.frames, project.input.tare
-    inputs = [config, frames, *([tare] if tare else [])]
+    stresses, files = recording.frames, (getattr(project.input, name) for name in FILES)
+    inputs = [config, frames, *(file for file in files if file)]
     check_result(out, "estimate", inputs, skin=project.skin is not None)
     report: ArrayReport | SkinReport
     with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:

@@ -46,6 +46,9 @@ OPTIONS: dict[str, Any] = {
     "dead": _option(
         list[str], "A taxel that is computed from its neighbours, from 0; may be repeated.", metavar="ROW,COLUMN"
     ),
+    "calibration": _option(
+        Path, "A file with the gains, numbers at rest and dead ones of the taxels.", metavar="CAL.toml"
+    ),
     "order": _option(Order, "Order of a frame's numbers: along rows or along columns. Default: rows."),
     "flip_x": _option(bool, "Mirror the array along x.", "--flip-x/--no-flip-x"),
     "flip_y": _option(bool, "Mirror the array along y.", "--flip-y/--no-flip-y"),

@@ -11,6 +11,7 @@ from tfra.model.arrays import Bools, Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import archive, doubles, fits
+from tfra.recordings.calibration import read_calibration
 from tfra.recordings.formats import FRAMES, Values, format_of, suffixes
 from tfra.recordings.formats.text import FORMAT as TEXT
 from tfra.recordings.front_end import Array, FrontEnd
@@ -72,8 +73,10 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
     try:
         levels = _levels(file, sensor, adc, given)
         rest = _rest(levels.frames, file, sensor, adc, given)
-        frames = pascals(file, levels.frames, front_end(file, sensor, adc, given, rest))
-        return replace(levels, frames=frames, doubts=(*(levels.doubts or ()), *doubts(levels.frames, rest, adc, given)))
+        convert = front_end(file, sensor, adc, given, rest)
+        frames = pascals(file, levels.frames, convert)
+        told = (*(levels.doubts or ()), *doubts(levels.frames, rest, adc, given, convert.alive))
+        return replace(levels, frames=frames, doubts=told)
     except MemoryError as error:
         raise no_memory(file, error) from None
 
@@ -98,8 +101,9 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
 
 def front_end(file: Path, sensor: SensorArray, adc: Adc, given: Input, rest: Floats | None) -> FrontEnd:
     """What makes stress of the numbers of ``file``; raises ``InputError`` for keys that don't fit the array."""
+    known = None if given.calibration is None else read_calibration(given.calibration, sensor)
     try:
-        return FrontEnd(Array(sensor, adc), given, rest)
+        return FrontEnd(Array(sensor, adc), given, rest, known)
     except ValueError as error:
         key, _, reason = str(error).partition(": ")
         raise InputError(file, f"input.{key}", reason) from None

@@ -11,6 +11,7 @@ from tfra.model.fixed import front_end as fixed
 from tfra.model.fixed.dead_taxels import repairs
 from tfra.model.fixed.repair import ONE, targets
 from tfra.model.sensor import SensorArray
+from tfra.recordings.calibration import Calibration, marked
 from tfra.recordings.input import PASCALS, Input
 
 _FIRST = 16
@@ -28,30 +29,42 @@ class Array:
 class FrontEnd:
     """Makes stress of frames one after the other, as ``given`` says; its state are the offsets that it follows.
 
-    ``rest (k, rows, columns)``, in the recording's unit, shows the array at rest.  Codes become codes of the core by
-    :class:`tfra.model.fixed.front_end.FrontEnd`, word by word, wherever that can be built; other numbers are doubles.
+    ``rest (k, rows, columns)``, in the recording's unit, shows the array at rest; ``known`` is of each taxel.  Codes
+    become codes of the core by :class:`tfra.model.fixed.front_end.FrontEnd`, word by word, wherever that can be built;
+    other numbers are doubles.
 
     Raises ``ValueError`` that starts with a key of ``given`` for one that does not fit the array.
     """
 
-    def __init__(self, array: Array, given: Input, rest: Floats | None = None) -> None:
+    def __init__(
+        self, array: Array, given: Input, rest: Floats | None = None, known: Calibration | None = None
+    ) -> None:
         self._array, self._given = array, given
-        shape = array.sensor.rows, array.sensor.columns
-        self._offset = np.full(shape, given.level_at_rest(array.adc.bits)) if rest is None else rest.mean(axis=0)
-        self._dead = _marked(given.dead, shape)
-        self._repairs = repairs(array.sensor, self._dead) if given.dead else np.zeros(0, dtype=np.int64)
+        known, shape = known or Calibration.none(array.sensor), (array.sensor.rows, array.sensor.columns)
+        levels = known.rest if given.rest_code is None else None
+        usual = np.full(shape, given.level_at_rest(array.adc.bits)) if levels is None else levels
+        self._offset = usual if rest is None else rest.mean(axis=0)
+        self._dead = marked(given.dead, shape) | known.dead
+        if self._dead.all():
+            raise ValueError("dead: at least one taxel has to be alive")
+        self._gain = known.gain
+        self._repairs = repairs(array.sensor, self._dead) if self._dead.any() else np.zeros(0, dtype=np.int64)
         self._in_codes = given.unit == "codes" and fixed.supported(array)
-        if self._in_codes and self._gain > fixed.LARGEST_GAIN:
+        if self._in_codes and self._gains.max() > fixed.LARGEST_GAIN:
             most = array.adc.lsb * fixed.LARGEST_GAIN / fixed.UNITY
-            raise ValueError(f"pa_per_code: up to {most:.6g} is supported, got {given.pa_per_code:g}")
+            raise ValueError(f"pa_per_code: with the gains, up to {most:.6g} is supported, got {self._largest:.6g}")
+
+    @property
+    def alive(self) -> Bools:
+        """Taxels whose numbers count, ``(rows, columns)``."""
+        return ~self._dead
 
     @property
     def tables(self) -> fixed.Tables:
         """Those of the core for the same recording; raises ``ValueError`` if it has other numbers than codes."""
         if not self._in_codes:
             raise ValueError("unit: only codes of 8 to 16 bits go to the front end of a core")
-        gains = np.where(self._dead, 0, self._gain).ravel()
-        return fixed.Tables(self._words(self._offset).ravel(), gains, self._repairs)
+        return fixed.Tables(self._words(self._offset).ravel(), self._gains.ravel(), self._repairs)
 
     @property
     def settings(self) -> fixed.Settings:
@@ -69,10 +82,11 @@ class FrontEnd:
         if self._in_codes:
             return np.asarray(self._codes(levels, offset) * self._array.adc.lsb)
         stress = levels - offset if offset.any() else levels
-        if (factor := PASCALS.get(self._given.unit, self._pa_per_code)) != 1:
+        factor = PASCALS.get(self._given.unit, self._pa_per_code) * self._gain
+        if (factor != 1).any():
             stress = stress * factor
         stress = -stress if self._given.compression == "positive" else stress
-        return self._repaired(stress) if self._given.dead else stress
+        return self._repaired(stress) if self._dead.any() else stress
 
     @property
     def _pa_per_code(self) -> float:
@@ -82,9 +96,15 @@ class FrontEnd:
         return self._array.adc.lsb / (2 if self._given.coding == "unipolar" else 1)
 
     @property
-    def _gain(self) -> int:
-        """The word of a taxel's gain in the core."""
-        return round(fixed.UNITY * self._pa_per_code / self._array.adc.lsb)
+    def _gains(self) -> Ints:
+        """Words of the taxels' gains in the core, ``(rows, columns)``."""
+        gains = np.rint(fixed.UNITY * self._pa_per_code / self._array.adc.lsb * self._gain).astype(np.int64)
+        return np.where(self._dead, 0, gains)
+
+    @property
+    def _largest(self) -> float:
+        """Most stress of a code."""
+        return self._pa_per_code * float(self._gain[~self._dead].max())
 
     def _words(self, levels: Floats) -> Ints:
         """Means or offsets in 1/2^17 of the range, as the core's front end has them."""
@@ -149,15 +169,3 @@ def _filtered(levels: Floats, offset: Floats, rate: float) -> tuple[Floats, Floa
 def _pressed(levels: Floats, offsets: Floats, dead: Bools, least: float) -> Bools:
     """Whether any taxel that is alive deviates by ``least`` or more, ``(n,)``."""
     return np.asarray((np.where(dead, 0.0, np.abs(levels - offsets)) >= least).any(axis=(1, 2)))
-
-
-def _marked(places: tuple[tuple[int, int], ...], shape: tuple[int, int]) -> Bools:
-    """An array that is true at ``places``."""
-    dead = np.zeros(shape, dtype=np.bool_)
-    for row, column in places:
-        if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-            raise ValueError(f"dead: row {row}, column {column} is no taxel of {shape[0]} x {shape[1]}, from 0")
-        dead[row, column] = True
-    if dead.all():
-        raise ValueError("dead: at least one taxel has to be alive")
-    return dead

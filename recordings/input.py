@@ -28,6 +28,7 @@ class Input:
     first of the recording, the file ``tare``, or the code ``rest_code`` of all taxels show the array at rest; 0 and
     None: none of them.  ``drift_frames``: between contacts the offset follows the numbers with this time constant; 0:
     it stays.  ``dead``: rows and columns of taxels on the array that are computed from their neighbours.
+    ``calibration``: a file with the gains, the numbers at rest and the dead ones of the taxels.
     ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns, rows).  ``flip_x`` and
     ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no taxels; or ``columns`` are:
     a range of them, from 1, or a pattern of their names.  ``strict``: no line of text may be wrong.  ``topic`` is that
@@ -43,6 +44,7 @@ class Input:
     tare: Path | None = None
     drift_frames: int = 0
     dead: tuple[tuple[int, int], ...] = ()
+    calibration: Path | None = None
     order: Order = "rows"
     flip_x: bool = False
     flip_y: bool = False
@@ -65,6 +67,9 @@ class Input:
 PLAIN = Input()
 """The format of ``tfra frames``: pascals, compression negative, row by row."""
 
+
+FILES = ("tare", "calibration")
+"""Fields that name files."""
 
 _REST: dict[str, Any] = {"tare": None, "tare_frames": 0, "rest_code": None}
 """Fields that say what the array reads at rest, without any of them."""

@@ -28,11 +28,11 @@ SATURATED = 0.01
 _SHOWN = 5
 
 
-def doubts(levels: Floats, rest: Floats | None, adc: Adc, given: Input) -> Iterator[str]:
-    """Yield warnings about ``levels (n, rows, columns)`` in the recording's unit, and about ``rest``, its tare."""
-    alive = np.ones(levels.shape[1:], dtype=np.bool_)
-    for row, column in given.dead:
-        alive[row, column] = False
+def doubts(levels: Floats, rest: Floats | None, adc: Adc, given: Input, alive: Bools) -> Iterator[str]:
+    """Yield warnings about ``levels (n, rows, columns)`` in the recording's unit, and about ``rest``, its tare.
+
+    Only taxels that are ``alive (rows, columns)`` count.
+    """
     yield from still(levels, alive, zero=rest is None and given.level_at_rest(adc.bits) == 0)
     if rest is not None:
         yield from _tare(rest, alive, adc, given)

@@ -23,7 +23,7 @@ from tfra.model.sensor import SensorArray
 from tfra.model.tfra import check_frames
 from tfra.recordings.diagnosis import warnings as doubts
 from tfra.recordings.frames import Recording, read_as, read_recording
-from tfra.recordings.input import Coding, Input, Order, Sign, Unit
+from tfra.recordings.input import FILES, Coding, Input, Order, Sign, Unit
 from tfra.runtime.errors import InputError, Notice, quoted
 
 EngineName = Literal["float", "fixed", "c", "rtl", "two-variable"]
@@ -95,6 +95,7 @@ class Array:
         tare: str | Path | None = None,
         drift_frames: int | None = None,
         dead: Sequence[tuple[int, int]] | None = None,
+        calibration: str | Path | None = None,
         order: Order | None = None,
         flip_x: bool | None = None,
         flip_y: bool | None = None,
@@ -117,7 +118,8 @@ class Array:
         ``coding`` of codes: "signed", "offset" or "unipolar".  ``tare_frames``: so many frames at the beginning show
         the array at rest; ``tare``: a file that does; ``rest_code``: the code that all taxels have then.
         ``pa_per_code``: stress of one.  ``drift_frames``: the time constant with which the offset follows between
-        contacts.  ``dead``: (row, column) of taxels that are computed from their neighbours.  ``order``: a frame runs
+        contacts.  ``dead``: (row, column) of taxels that are computed from their neighbours.  ``calibration``: a file
+        of their gains, numbers at rest and dead ones.  ``order``: a frame runs
         along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns
         before the taxels, the first is the time.  ``columns`` that are taxels, "2-64" or names as "T_{row}_{column}".
         ``strict``: no line of text may be wrong.  ``topic`` of a log.
@@ -129,9 +131,8 @@ class Array:
         given |= {"dead": [list(place) for place in dead]} if dead is not None else {}
         try:
             checked = InputSection.model_validate(given).model_dump(exclude_none=True)
-            if "tare" in checked:
-                checked["tare"] = Path(checked["tare"])
-            chosen = read_as(Path(path), self.input, checked)
+            files = {key: Path(checked[key]) for key in FILES if key in checked}
+            chosen = read_as(Path(path), self.input, checked | files)
         except ValidationError as error:
             raise InputError(f"{type(self).__name__}.read", *complaint(error, InputSection)) from None
         except ValueError as error:

@@ -39,7 +39,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray, SensorKey, sensor_keys
 from tfra.model.skin.finding import Finding
 from tfra.model.skin.skin import Skin
-from tfra.recordings.input import PLAIN, Input, overridden
+from tfra.recordings.input import FILES, PLAIN, Input, overridden
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import read_toml
 
@@ -225,7 +225,7 @@ def _estimator(
 def _input(file: Path, section: InputSection) -> Input:
     given = section.model_dump(exclude_none=True)
     with blame(file, "input"):
-        return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
+        return overridden(PLAIN, given | {key: file.parent / given[key] for key in FILES if key in given})
 
 
 def _formats(section: FormatsSection) -> Formats:

@@ -79,6 +79,7 @@ class AdcSection(Section):
 _LIMITED: dict[str, Any] = {
     "tare_frames": Annotated[int, Field(ge=0, le=1_000_000)],
     "tare": Annotated[str, Field(min_length=1)],
+    "calibration": Annotated[str, Field(min_length=1)],
     "pa_per_code": Annotated[float, Field(gt=0, le=1e9)],
     "rest_code": Annotated[float, Field(ge=-(2**20), lt=2**20)],
     "drift_frames": Annotated[int, Field(ge=0, le=1_000_000_000)],

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.cover.layer import frames
@@ -17,9 +19,12 @@ from tfra.model.fixed import front_end as core
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Tfra
+from tfra.recordings.calibration import Calibration, read_calibration
+from tfra.recordings.frames import read_recording
 from tfra.recordings.front_end import Array, FrontEnd
 from tfra.recordings.input import PLAIN, Input, overridden
 from tfra.recordings.levels import doubts
+from tfra.runtime.errors import InputError
 
 SENSOR = SensorArray(4, 5, 3e-3, 3e-3, 2.5e-3)
 BITS = 12
@@ -34,17 +39,19 @@ DESIGN = TfraDesign(SENSOR, adc=ADC)
     compression=st.sampled_from(["negative", "positive"]),
     pa_per_code=st.sampled_from([None, 33.3, 100.0, 250.0]),
     dead=st.sampled_from([(), ((0, 0),), ((1, 2), (3, 4), (2, 2))]),
+    spread=st.sampled_from([0.0, 0.3]),
     log2_tare=st.integers(0, 6),
     seed=st.integers(0, 1000),
 )
-def test_codes_are_the_words_of_the_core(seed: int, log2_tare: int, **how: Any) -> None:
+def test_codes_are_the_words_of_the_core(seed: int, log2_tare: int, spread: float, **how: Any) -> None:
     """With its registers and tables as stated, and its own tare."""
     rng, words = np.random.default_rng(seed), Input(unit="codes", **how)
     low = -(1 << (BITS - 1)) if words.coding == "signed" else 0
     raw = rng.integers(low, low + (1 << BITS), (8 + (1 << log2_tare), SENSOR.rows, SENSOR.columns))
     rest = raw[: 1 << log2_tare]
     rest[:] = low + rng.integers(1 << 8, size=raw.shape[1:]) + rng.integers(20, size=rest.shape)
-    host = FrontEnd(ARRAY, words, rest.astype(np.float64))
+    gain = rng.uniform(1 - spread, 1 + spread, (SENSOR.rows, SENSOR.columns))
+    host = FrontEnd(ARRAY, words, rest.astype(np.float64), replace(Calibration.none(SENSOR), gain=gain))
     unit = core.FrontEnd(DESIGN, replace(host.settings, log2_tare=log2_tare), core.Tables.of(SENSOR.taxels))
     unit.tables = replace(unit.tables, gains=host.tables.gains, repairs=host.tables.repairs)
     unit.tare()
@@ -123,11 +130,60 @@ def test_a_real_sensor_is_nearly_as_good_as_a_perfect_one() -> None:
     assert error(FrontEnd(array, replace(given, drift_frames=20), words[:16])(words)) < 2.2 * perfect
 
 
+TABLES = """form = "tfra-calibration-1"
+gain = [[1.0, 1.1, 0.9, 1, 1], [1, 1, 1, 1, 1], [1, 1, 1, 1, 1], [1, 1, 1, 1, 2]]
+rest = [[10, 11, 12, 13, 14], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, -5]]
+dead = [[1, 2]]
+"""
+
+
+@pytest.mark.parametrize("unit", ["Pa", "codes"])
+def test_a_calibration_is_of_each_taxel(tmp_path: Path, unit: str) -> None:
+    """Its gains and numbers at rest; a tare or a code at rest replaces these."""
+    (tmp_path / "cal.toml").write_text(TABLES)
+    known = read_calibration(tmp_path / "cal.toml", SENSOR)
+    levels, factor = np.full((1, 4, 5), 60.0), 1.0 if unit == "Pa" else ADC.lsb
+    found = FrontEnd(ARRAY, Input(unit=unit), None, known)(levels)[0] / factor  # type: ignore[arg-type]
+    expected = {(0, 0): 50, (0, 1): 1.1 * 49, (0, 2): 0.9 * 48, (1, 0): 60, (3, 4): 130}
+    for place, value in expected.items():
+        assert found[place] == pytest.approx(value, abs=1e-9 if unit == "Pa" else 0.5)
+    assert abs(found[1, 2]) < 100  # of its neighbours
+    tared = FrontEnd(ARRAY, Input(unit=unit), levels, known)(levels)  # type: ignore[arg-type]
+    assert np.abs(tared).max() == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("gain = [[1.0]]", "form: Field required"),
+        ('form = "tfra-calibration-1"\ngain = [[1.0]]', "gain: 4 lists of 5 numbers are needed"),
+        ('form = "tfra-calibration-1"\ngain = [[-1.0]]', "gain.0.0: Input should be greater than or equal to 0"),
+        ('form = "tfra-calibration-1"\ndead = [[4, 0]]', "dead: row 4, column 0 is no taxel"),
+        ('form = "tfra-calibration-1"\ngains = 1', "gains: Extra inputs"),
+    ],
+)
+def test_wrong_calibrations(tmp_path: Path, text: str, reason: str) -> None:
+    (tmp_path / "cal.toml").write_text(text)
+    with pytest.raises(InputError, match=re.escape(f"cal.toml: {reason}")):
+        read_calibration(tmp_path / "cal.toml", SENSOR)
+
+
+def test_config_names_a_calibration(tmp_path: Path) -> None:
+    """Beside it; and recordings are read by it."""
+    (tmp_path / "cal.toml").write_text(TABLES)
+    sensor = "[sensor]\nrows = 4\ncolumns = 5\npitch_x_mm = 3\npitch_y_mm = 3\nthickness_mm = 2.5\n"
+    (tmp_path / "mine.toml").write_text(f'{sensor}[input]\ncalibration = "cal.toml"\n')
+    project = load(tmp_path / "mine.toml")
+    np.save(tmp_path / "f.npy", np.full((1, 4, 5), 60.0))
+    frames = read_recording(tmp_path / "f.npy", SENSOR, ADC, project.input).frames
+    assert frames[0, 0, :2] == pytest.approx([50, 53.9])
+
+
 def test_keys_that_do_not_fit_are_named() -> None:
     for reason, wrong in {
         "dead: row 4, column 0 is no taxel of 4 x 5, from 0": Input(dead=((4, 0),)),
         "dead: at least one taxel has to be alive": Input(dead=tuple(np.ndindex(4, 5))),
-        "pa_per_code: up to 399.997 is supported, got 500": Input(unit="codes", pa_per_code=500.0),
+        "pa_per_code: with the gains, up to 399.997 is supported, got 500": Input(unit="codes", pa_per_code=500.0),
     }.items():
         with pytest.raises(ValueError, match=reason):
             FrontEnd(ARRAY, wrong)
@@ -140,7 +196,8 @@ def test_keys_that_do_not_fit_are_named() -> None:
 
 
 def told(levels: Floats, rest: Floats | None = None, **given: Any) -> list[str]:
-    return list(doubts(levels, rest, ADC, Input(**given)))
+    how = Input(**given)
+    return list(doubts(levels, rest, ADC, how, FrontEnd(ARRAY, how).alive))
 
 
 def test_numbers_are_looked_at_before_the_tare() -> None:
