@@ -266,15 +266,18 @@ def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     more = len(cells) - (table.columns.width or len(cells))
     commas = len(cells) == 2 * taxels and table.separator == ","
     firsts = [float(cells[0]) for _, cells in lines if _is_number(cells[0])]  # text as 12:30:01 may be a time, too
-    time = more == 1 and not skip and all(one < next_ for one, next_ in pairwise(firsts))
+    named = guessed(table.names, table.sensor)
+    others = by_name(named, table.names, table.sensor) if named else None
+    in_order = others is None or others.places == tuple(range(1, taxels + 1))
+    time = more == 1 and not skip and in_order and all(one < next_ for one, next_ in pairwise(firsts))
     other = 1 < more <= _LIKE_A_TIME or (more == 1 and skip)
     last = f"{skip + 1}-{skip + taxels}"
     both = f"are other columns than taxels first (--skip-columns {skip + more}) or last (--columns {last})?"
     hints = (
         (commas, "are these decimal commas? then numbers need another separator"),
         (skip and len(cells) == taxels, "are all columns taxels? (--skip-columns 0)"),
-        (named := guessed(table.names, table.sensor), f"does the header name the taxels? (--columns {named})"),
         (time, "is the first column a time stamp? (--skip-columns 1)"),
+        (named, f"does the header name the taxels? (--columns {named})"),
         (other, both),
     )
     return next((hint for holds, hint in hints if holds), "")

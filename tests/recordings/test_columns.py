@@ -71,6 +71,11 @@ def test_a_hint_that_is_obeyed_is_right(tmp_path: Path, given: Input) -> None:
     hint = refusal(tmp_path, text([0, 2, 4, 1, 3, 5], names=NAMES), given)
     (better,) = obeyed(hint, given)
     assert (read(tmp_path, text([0, 2, 4, 1, 3, 5], names=NAMES), better).frames == FRAMES).all()
+    for order in ([0, 2, 4, 1, 3, 5], [0, 1, 2, 3, 4, 5]):  # no column but the time, which the shorter option skips
+        timed = text(order, names=NAMES, extra=False)
+        (only,) = obeyed(refusal(tmp_path, timed))
+        assert (only.skip_columns == 1) == (order[1] == 1)
+        assert (read(tmp_path, timed, only).frames == FRAMES).all()
     nameless = text([0, 1, 2, 3, 4, 5])
     choices = obeyed(refusal(tmp_path, nameless, given), given)
     assert len(choices) == 2
