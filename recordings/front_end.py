@@ -138,8 +138,8 @@ class FrontEnd:
 
     def _stretches(self, levels: Floats) -> Iterator[tuple[int, bool]]:
         """Lengths of stretches of frames, and whether nothing presses in them, as the offset that was followed says."""
-        least = self._array.adc.threshold * (self._pa_per_code if self._given.unit != "codes" else 1.0)
-        least /= PASCALS.get(self._given.unit, 1.0)
+        adc = self._array.adc
+        least = adc.threshold * adc.lsb / PASCALS.get(self._given.unit, self._pa_per_code)
         at, size = 0, _FIRST
         while at < len(levels):
             part = levels[at : at + size]

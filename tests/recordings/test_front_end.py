@@ -103,6 +103,16 @@ def test_the_offset_follows_between_contacts(seed: int, parts: int) -> None:
     assert np.abs(found[200:][still]).max() < 0.6 * least
 
 
+@pytest.mark.parametrize(("step", "ends"), [(31.0, 0.0), (33.0, -1650.0)])
+def test_what_moves_the_offset_is_less_than_a_contact(step: float, ends: float) -> None:
+    """A contact is 16 codes of 100 Pa or more, so 32 of 50 Pa."""
+    given = Input(unit="codes", pa_per_code=50.0, drift_frames=5)
+    levels = np.zeros((200, 4, 5))
+    levels[1:, 2, 2] = -step
+    found = FrontEnd(ARRAY, given)(levels)
+    assert found[-1, 2, 2] == pytest.approx(ends, abs=51)
+
+
 def test_a_real_sensor_is_nearly_as_good_as_a_perfect_one() -> None:
     """9 x 7 taxels of an inverted, unsigned converter at rest at about 600 of 4,095, one of them dead, with drift."""
     sensor, rng = SensorArray(9, 7, 4e-3, 4e-3, 3e-3), np.random.default_rng(2)
