@@ -12,7 +12,7 @@ from tfra.model.fixed.dead_taxels import repairs
 from tfra.model.fixed.repair import ONE, targets
 from tfra.model.sensor import SensorArray
 from tfra.recordings.calibration import Calibration, marked
-from tfra.recordings.input import PASCALS, Input
+from tfra.recordings.input import PASCALS, Input, codes_of
 
 _FIRST = 16
 """Frames that are looked at for the next contact, twice as many each time there is none."""
@@ -40,6 +40,10 @@ class FrontEnd:
         self, array: Array, given: Input, rest: Floats | None = None, known: Calibration | None = None
     ) -> None:
         self._array, self._given = array, given
+        first, last = codes_of(given.coding, array.adc.bits)
+        if given.rest_code is not None and not first <= given.rest_code <= last:
+            reason = f"{given.coding} codes of {array.adc.bits} bits are from {first} to {last}"
+            raise ValueError(f"rest_code: {reason}, got {given.rest_code:g}")
         known, shape = known or Calibration.none(array.sensor), (array.sensor.rows, array.sensor.columns)
         levels = known.rest if given.rest_code is None else None
         usual = np.full(shape, given.level_at_rest(array.adc.bits)) if levels is None else levels
@@ -53,6 +57,9 @@ class FrontEnd:
         if self._in_codes and self._gains.max() > fixed.LARGEST_GAIN:
             most = array.adc.lsb * fixed.LARGEST_GAIN / fixed.UNITY
             raise ValueError(f"pa_per_code: with the gains, up to {most:.6g} is supported, got {self._largest:.6g}")
+        self._core = None
+        if self._in_codes:  # its offsets are 0: they are subtracted before, since they may move
+            self._core = fixed.FrontEnd(array, self.settings, self._tables(np.zeros(shape)))
 
     @property
     def alive(self) -> Bools:
@@ -64,7 +71,10 @@ class FrontEnd:
         """Those of the core for the same recording; raises ``ValueError`` if it has other numbers than codes."""
         if not self._in_codes:
             raise ValueError("unit: only codes of 8 to 16 bits go to the front end of a core")
-        return fixed.Tables(self._words(self._offset).ravel(), self._gains.ravel(), self._repairs)
+        return self._tables(self._offset)
+
+    def _tables(self, offset: Floats) -> fixed.Tables:
+        return fixed.Tables(self._words(offset).ravel(), self._gains.ravel(), self._repairs)
 
     @property
     def settings(self) -> fixed.Settings:
@@ -79,8 +89,9 @@ class FrontEnd:
         once, and so does a repair; nothing is rounded if there is neither a tare nor a factor.
         """
         offset = self._followed(levels) if self._given.drift_frames else self._offset[None]
-        if self._in_codes:
-            return np.asarray(self._codes(levels, offset) * self._array.adc.lsb)
+        if self._core:
+            deviation = (self._words(levels) - self._words(offset)).reshape(len(levels), -1)
+            return np.asarray(self._core.codes(deviation).reshape(levels.shape) * self._array.adc.lsb)
         stress = levels - offset if offset.any() else levels
         factor = PASCALS.get(self._given.unit, self._pa_per_code) * self._gain
         if (factor != 1).any():
@@ -109,13 +120,6 @@ class FrontEnd:
     def _words(self, levels: Floats) -> Ints:
         """Means or offsets in 1/2^17 of the range, as the core's front end has them."""
         return np.floor(levels * 2.0 ** (fixed.DEVIATION - 1 - self._array.adc.bits) + 0.5).astype(np.int64)
-
-    def _codes(self, levels: Floats, offset: Floats) -> Ints:
-        """Codes of the core ``(n, rows, columns)``, with the ``offset`` of each frame or of all."""
-        tables = self.tables
-        core = fixed.FrontEnd(self._array, self.settings, tables)
-        means = self._words(levels) - self._words(offset) + tables.offsets.reshape(self._offset.shape)
-        return core.codes(means.reshape(len(levels), -1)).reshape(levels.shape)
 
     def _repaired(self, stress: Floats) -> Floats:
         flat = stress.reshape(len(stress), -1).copy()

@@ -192,6 +192,9 @@ def test_config_names_a_calibration(tmp_path: Path) -> None:
 def test_keys_that_do_not_fit_are_named() -> None:
     for reason, wrong in {
         "dead: row 4, column 0 is no taxel of 4 x 5, from 0": Input(dead=((4, 0),)),
+        "rest_code: unipolar codes of 12 bits are from 0 to 4095, got 5000": Input(
+            "codes", coding="unipolar", rest_code=5000.0
+        ),
         "dead: at least one taxel has to be alive": Input(dead=tuple(np.ndindex(4, 5))),
         "pa_per_code: with the gains, up to 399.997 is supported, got 500": Input(unit="codes", pa_per_code=500.0),
     }.items():
