@@ -7,6 +7,7 @@ import pytest
 from tests.hdl.skin.skins import learned_window, skin_of, small_window
 from tfra.families import find
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.wrapper import skin_interval, skin_latencies
 from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.choices import SERIAL
 from tfra.synth.candidates import Bounds, Speed
@@ -55,7 +56,9 @@ def test_the_smallest_that_is_fast_enough() -> None:
     assert found[1].architecture.mac_lanes > found[0].architecture.mac_lanes
 
 
-def test_the_report_says_what_a_frame_is() -> None:
+@pytest.mark.parametrize("package", [False, True])
+def test_the_report_says_what_a_frame_is(package: bool) -> None:
+    """Of the core, and behind its buses."""
     cells = dict.fromkeys(PART.family.cells, 1)
     path = CriticalPath("finding", "finding", "core.a", "core.b", 1.0, 2.0)
     routes = [Route(1, 100.0, cells, path)]
@@ -64,14 +67,17 @@ def test_the_report_says_what_a_frame_is() -> None:
         PART,
         Synthesis(cells, {"LUT4": 1}, "default"),
         routes,
-        estimate(SKIN, PART.family),
+        estimate(SKIN, PART.family, package=package),
         1,
-        package=False,
+        package=package,
         netlist="",
         asked_mhz=100.0,
     )
     timing, known = stated["timing"], SkinTiming.of(SKIN)
     assert (timing["contacts"], timing["taxels_of_a_contact"]) == (3, 2)
-    assert (timing["interval_cycles"], timing["frame_latency_cycles"]) == (known.interval, known.frame_latency)
-    assert timing["frames_per_second"] == pytest.approx(1e8 / known.interval, abs=0.1)
+    cycles = (skin_interval(known), skin_latencies(known)[1]) if package else (known.interval, known.frame_latency)
+    assert (timing["interval_cycles"], timing["frame_latency_cycles"]) == cycles
+    assert stated["name"].endswith("_axi") == package
+    assert ("wrapper" in stated["estimated_blocks"]) == package
+    assert timing["frames_per_second"] == pytest.approx(1e8 / cycles[0], abs=0.1)
     assert all("contacts of a frame" in text for text in (render(stated), page(stated)))

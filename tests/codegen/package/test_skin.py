@@ -6,7 +6,6 @@ import struct
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from tests.codegen.package.test_drivers import Answers, answers, c_program, impo
 from tests.hdl.skin.skins import frames_of, skin_of, small_window
 from tests.marks import long
 from tests.sim.test_skin import TINY
+from tfra.codegen.config.read import load
 from tfra.codegen.generate import generate
 from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents
@@ -32,7 +32,6 @@ from tfra.hdl.ip.framer import HEADER_WORDS, RECORDS_FORMAT
 from tfra.hdl.ip.wrapper import skin_interval, skin_latencies
 from tfra.hdl.skin.timing import SkinTiming
 from tfra.model.arrays import Ints
-from tfra.model.choices import SERIAL
 from tfra.model.fixed.words import decode
 from tfra.model.skin.finding import MARK_SHIFT, MOST, Mark
 from tfra.model.skin.records import decode_records, header_bits, record_layout, results
@@ -177,8 +176,7 @@ def test_settings(package: tuple[Skin, Path]) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("driver", ["c", "python"])
-def test_settings_of_a_simulated_core(tmp_path: Path, driver: str) -> None:
+def test_settings_of_a_simulated_core(tmp_path: Path) -> None:
     """They count from the next frame on."""
     choose("icarus")
     settings = [(4, 10, 2), (1, 10, 2), (4, 200, 0), (3, 1, 4), (64, 10, 1)]
@@ -194,7 +192,7 @@ def test_settings_of_a_simulated_core(tmp_path: Path, driver: str) -> None:
     assert len({len(records) for records in expected}) > 2
     world = {
         "name": skin.name,
-        "driver": driver,
+        "driver": "python",
         "sidecar": sidecar(skin),
         "frames": codes.reshape(len(codes), -1).tolist(),
         "taxels_per_beat": skin.window.bus.taxels_per_beat,
@@ -245,32 +243,19 @@ def test_accuracy_is_of_the_contacts_that_were_found(sheet: str) -> None:
 
 @pytest.mark.long
 def test_a_package(tmp_path: Path) -> None:
-    """All its texts; none for boards, whose line carries frames of one length."""
-    skin = replace(SKIN, window=replace(SKIN.window, architecture=SERIAL))
-    generate(skin, tmp_path / "package", (), PART)
+    """All its texts, which its own configuration makes again; none for boards, whose line has frames of one length."""
     folder = tmp_path / "package"
+    generate(SKIN, folder, (), PART)
     assert not (folder / "boards").exists()
     readme = (folder / "README.md").read_text()
     assert "boards/" not in readme
     for name in re.findall(r"^\| `([^`]+)`", readme, re.M):
         assert (folder / name).is_file()
-    vhdl = (folder / "patch_axi.vhd").read_text()
-    assert "constant AT_CONTACTS : natural := 196;" in vhdl
+    assert "constant AT_CONTACTS : natural := 196;" in (folder / "patch_axi.vhd").read_text()
     assert "CONTACTS" in (folder / "patch_axi.xml").read_text()
-    again: dict[str, Any] = json.loads((folder / "patch.json").read_text())
-    assert again["skin"]["rows"] == 9
-
-
-@pytest.mark.long
-def test_its_configuration_makes_it_again(tmp_path: Path) -> None:
-    from tfra.codegen.config.read import load
-
-    generate(SKIN, tmp_path / "package", (), PART)
-    project = load(tmp_path / "package" / "patch.toml")
-    generate(project.array, tmp_path / "again", (), PART)
-    for file in (tmp_path / "package").rglob("*"):
-        if file.is_file() and file.name != "tfra-manifest.json":
-            assert (tmp_path / "again" / file.relative_to(tmp_path / "package")).read_bytes() == file.read_bytes()
+    again = load(folder / "patch.toml").array
+    assert isinstance(again, Skin)
+    assert sidecar(again) == json.loads((folder / "patch.json").read_text())
 
 
 def test_the_host_is_of_this_package(package: tuple[Skin, Path]) -> None:
