@@ -69,7 +69,7 @@ def estimate(
         else:
             report = ArrayReport(stresses, run(engine, project, stresses, frames, advance, codes))
     write_result(out, report.estimate(recording, engine.value, project.text()), "estimate", inputs)
-    doubts = warnings(project.array, stresses, report.status, project.input, recording.doubts)
+    doubts = warnings(project.array, stresses, report.status, project.input, recording.doubts, recording.noise)
     for doubt in doubts:
         typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the file name contains
     converted = codes or engine not in DOUBLE or project.input.unit == "codes"

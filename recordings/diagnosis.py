@@ -11,6 +11,8 @@ import numpy as np
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.converter import Measured
+from tfra.model.fixed.design import Design
+from tfra.model.skin.skin import Skin, core_of
 from tfra.model.tfra import Status
 from tfra.recordings.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, status_label
 from tfra.recordings.input import PASCALS, PLAIN, Input
@@ -48,6 +50,9 @@ QUIET, STEADY, EVEN, NOTICEABLE, AT_REST = 0.1, 3.0, (0.2, 0.8), 0.003, 0.2
 """Every taxel has an offset of its own if the mean of the quietest frames, this share of all, is so many times the
 deviation from it, has tension in a share that no contact shows (0.09 at most), and is over the first and under the
 second share of the largest magnitude."""
+
+NOISY = 1e-3
+"""Noise of a taxel over the peak of a frame up to which TFRA's friction is right."""
 
 _OFFSET = "--unit codes --coding offset"
 
@@ -105,12 +110,17 @@ class _Recording:
 
 
 def warnings(
-    array: Measured, frames: Floats, status: Ints, given: Input = PLAIN, known: Sequence[str] | None = None
+    array: Design | Skin,
+    frames: Floats,
+    status: Ints,
+    given: Input = PLAIN,
+    known: Sequence[str] | None = None,
+    noise: float | None = None,
 ) -> list[str]:
     """Return warnings about ``frames (n, rows, columns)`` in Pa and the ``status (n,)`` of each, one line each.
 
     ``given`` is what made these frames of the recording; the lines name the options of it that may help.  ``known``:
-    warnings about the numbers of its file, if it has one.
+    warnings about the numbers of its file, if it has one; ``noise`` of a taxel at rest in Pa.
     """
     recording = _Recording(frames)
     meaning = list(_values(array, recording, status, given)) or list(_flags(status))
@@ -125,7 +135,8 @@ def warnings(
         same = [f"all {len(frames)} frames are the same: is the recording stuck?"]
     layout = [] if offsets else _layout(recording, status, given)  # offsets are rough in every order
     before = known if known is not None else still(frames)
-    return [*meaning, *_scale(array, recording, given), *offsets, *same, *before, *layout]
+    noisy = [] if noise is None or not core_of(array).sweeps else _noisy(recording, status, noise)
+    return [*meaning, *_scale(array, recording, given), *offsets, *same, *before, *layout, *noisy]
 
 
 def _values(array: Measured, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
@@ -239,6 +250,16 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
         yield (
             f"neighbours differ {ratio:.1f} times as much as if the file went {way} by {way}: are rows and columns "
             f"swapped in the file (--order {way}s), or in CONFIG's [sensor]?"
+        )
+
+
+def _noisy(recording: _Recording, status: Ints, noise: float) -> Iterator[str]:
+    """Noise at which TFRA finds friction that is not there."""
+    touched = recording.peak[~has(status, Status.NO_CONTACT)]
+    if len(touched) and (share := noise / float(np.median(touched))) > NOISY:
+        yield (
+            f"the noise of a taxel is {100 * share:.1g} % of the peaks: TFRA needs well below {100 * NOISY:g} %, or finds"
+            " friction that is not there; the learned estimator stands 1 % (tfra train)"
         )
 
 

@@ -24,6 +24,9 @@ from tfra.runtime.ownership import is_as_written
 REFERENCES = {"resultant_ref": (3,), "mu_ref": (), "phi_ref_deg": ()}
 """True values of a frame, by key: their shapes; in N, 1 and degrees, nan where unknown."""
 
+FRAMES_OF_NOISE = 8
+"""Fewest frames of a tare that tell the noise."""
+
 MOST = 1e12
 """Limit of any stress, force or angle in its SI unit or degrees: diamond breaks at 1e11 Pa.
 
@@ -36,7 +39,8 @@ class Recording:
     """Frames ``(n, rows, columns)`` in Pa, compression negative, and their times ``(n,)``, if the file has them.
 
     ``seconds``: the times are in s since the first frame; otherwise their unit is unknown.  ``given``: how it was read.
-    ``doubts``: warnings about the numbers of its file; None for frames of no file.
+    ``doubts``: warnings about the numbers of its file; None for frames of no file.  ``noise`` of a taxel at rest in Pa,
+    if the tare tells it.
     """
 
     frames: Floats
@@ -44,6 +48,7 @@ class Recording:
     seconds: bool = False
     given: Input = PLAIN
     doubts: tuple[str, ...] | None = None
+    noise: float | None = None
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -76,7 +81,8 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
         convert = front_end(file, sensor, adc, given, rest)
         frames = pascals(file, levels.frames, convert)
         told = (*(levels.doubts or ()), *doubts(levels.frames, rest, adc, given, convert.alive))
-        return replace(levels, frames=frames, doubts=told)
+        noise = convert.noise(rest) if rest is not None and len(rest) >= FRAMES_OF_NOISE else None
+        return replace(levels, frames=frames, doubts=told, noise=noise)
     except MemoryError as error:
         raise no_memory(file, error) from None
 

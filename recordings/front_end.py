@@ -82,6 +82,11 @@ class FrontEnd:
         bits, given = self._array.adc.bits, self._given
         return fixed.Settings(bits, is_unsigned=given.coding != "signed", invert=given.compression == "positive")
 
+    def noise(self, rest: Floats) -> float:
+        """The usual standard deviation of a taxel in Pa, in frames ``rest (k, rows, columns)`` at rest, k > 1."""
+        factor = PASCALS.get(self._given.unit, self._pa_per_code) * self._gain
+        return float(np.median((rest.std(axis=0, ddof=1) * factor)[self.alive]))
+
     def __call__(self, levels: Floats) -> Floats:
         """Stress ``(n, rows, columns)`` in Pa, compression negative, of ``levels`` in the recording's unit.
 

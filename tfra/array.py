@@ -156,7 +156,8 @@ class Array:
 
     def _notices(self, recording: Recording, status: Ints) -> tuple[str, ...]:
         """Warn of what is probably wrong with a recording whose frames have this ``status (n,)``, and return that."""
-        doubted = doubts(self.project.array, recording.frames, status, recording.given, recording.doubts)
+        known = recording.doubts, recording.noise
+        doubted = doubts(self.project.array, recording.frames, status, recording.given, *known)
         notices = tuple(_as_arguments(doubt) for doubt in doubted)
         for notice in notices:
             warnings.warn(notice, Notice, stacklevel=3)

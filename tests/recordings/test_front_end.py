@@ -20,6 +20,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Tfra
 from tfra.recordings.calibration import Calibration, read_calibration
+from tfra.recordings.diagnosis import warnings
 from tfra.recordings.frames import read_recording
 from tfra.recordings.front_end import Array, FrontEnd
 from tfra.recordings.input import PLAIN, Input, overridden
@@ -241,3 +242,19 @@ def test_numbers_are_looked_at_before_the_tare() -> None:
 
 def re_found(pattern: str, text: str) -> bool:
     return re.search(pattern, text) is not None
+
+
+@pytest.mark.parametrize("share", [0.0005, 0.003])
+def test_the_noise_that_a_tare_tells(tmp_path: Path, share: float) -> None:
+    """TFRA's friction is doubted where it is over 0.1 % of the peaks."""
+    rng, sensor = np.random.default_rng(5), SensorArray(6, 7, 3e-3, 3e-3, 2.5e-3)
+    stress = frames(sensor, random_contacts(sensor, 20, rng))
+    stress *= (1e5 / np.abs(stress).max(axis=(1, 2)))[:, None, None]
+    whole = np.concatenate([np.zeros((30, 6, 7)), stress])
+    np.save(tmp_path / "f.npy", whole + share * 1e5 * rng.normal(size=whole.shape))
+    found = read_recording(tmp_path / "f.npy", sensor, ADC, Input(tare_frames=30))
+    assert found.noise == pytest.approx(share * 1e5, rel=0.1)
+    design, status = TfraDesign(sensor, adc=ADC), Tfra(sensor)(found.frames).status
+    lines = warnings(design, found.frames, status, found.given, found.doubts, found.noise)
+    noisy = [line for line in lines if line.startswith("the noise of a taxel is 0.3 % of the peaks")]
+    assert len(noisy) == (share > 1e-3)
