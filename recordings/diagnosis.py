@@ -255,11 +255,11 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
 
 def _noisy(recording: _Recording, status: Ints, noise: float) -> Iterator[str]:
     """Noise at which TFRA finds friction that is not there."""
-    touched = recording.peak[~has(status, Status.NO_CONTACT)]
+    touched = recording.peak[~has(status, Status.NO_CONTACT) & (recording.peak > QUIET * recording.largest)]
     if len(touched) and (share := noise / float(np.median(touched))) > NOISY:
         yield (
-            f"the noise of a taxel is {100 * share:.1g} % of the peaks: TFRA needs well below {100 * NOISY:g} %, or finds"
-            " friction that is not there; the learned estimator stands 1 % (tfra train)"
+            f"the noise of a taxel is {100 * share:.1g} % of the peaks: TFRA needs well below {100 * NOISY:g} %, or"
+            " finds friction that is not there; the learned estimator stands 1 % (tfra train)"
         )
 
 
