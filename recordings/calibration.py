@@ -12,8 +12,6 @@ from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
 from tfra.runtime.inputs import read_toml
 
-FORM: Literal["tfra-calibration-1"] = "tfra-calibration-1"
-
 MOST_GAIN = 100.0
 
 

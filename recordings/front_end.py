@@ -47,19 +47,25 @@ class FrontEnd:
         known, shape = known or Calibration.none(array.sensor), (array.sensor.rows, array.sensor.columns)
         levels = known.rest if given.rest_code is None else None
         usual = np.full(shape, given.level_at_rest(array.adc.bits)) if levels is None else levels
-        self._offset = usual if rest is None else rest.mean(axis=0)
+        self._offset = usual
+        if rest is not None:
+            self.tare(rest)
         self._dead = marked(given.dead, shape) | known.dead
         if self._dead.all():
             raise ValueError("dead: at least one taxel has to be alive")
         self._gain = known.gain
         self._repairs = repairs(array.sensor, self._dead) if self._dead.any() else np.zeros(0, dtype=np.int64)
-        self._in_codes = given.unit == "codes" and fixed.supported(array)
-        if self._in_codes and self._gains.max() > fixed.LARGEST_GAIN:
-            most = array.adc.lsb * fixed.LARGEST_GAIN / fixed.UNITY
-            raise ValueError(f"pa_per_code: with the gains, up to {most:.6g} is supported, got {self._largest:.6g}")
         self._core = None
-        if self._in_codes:  # its offsets are 0: they are subtracted before, since they may move
+        if given.unit == "codes" and fixed.supported(array):
+            if (largest := self._gains.max()) > fixed.LARGEST_GAIN:
+                most, found = (array.adc.lsb * gain / fixed.UNITY for gain in (fixed.LARGEST_GAIN, largest))
+                raise ValueError(f"pa_per_code: with the gains, up to {most:.6g} is supported, got {found:.6g}")
+            # its offsets are 0: they are subtracted before, since they may move
             self._core = fixed.FrontEnd(array, self.settings, self._tables(np.zeros(shape)))
+
+    def tare(self, rest: Floats) -> None:
+        """Take the mean of frames ``rest (k, rows, columns)`` at rest, in the recording's unit, for the offset."""
+        self._offset = rest.mean(axis=0)
 
     @property
     def alive(self) -> Bools:
@@ -69,7 +75,7 @@ class FrontEnd:
     @property
     def tables(self) -> fixed.Tables:
         """Those of the core for the same recording; raises ``ValueError`` if it has other numbers than codes."""
-        if not self._in_codes:
+        if self._core is None:
             raise ValueError("unit: only codes of 8 to 16 bits go to the front end of a core")
         return self._tables(self._offset)
 
@@ -116,11 +122,6 @@ class FrontEnd:
         """Words of the taxels' gains in the core, ``(rows, columns)``."""
         gains = np.rint(fixed.UNITY * self._pa_per_code / self._array.adc.lsb * self._gain).astype(np.int64)
         return np.where(self._dead, 0, gains)
-
-    @property
-    def _largest(self) -> float:
-        """Most stress of a code."""
-        return self._pa_per_code * float(self._gain[~self._dead].max())
 
     def _words(self, levels: Floats) -> Ints:
         """Means or offsets in 1/2^17 of the range, as the core's front end has them."""

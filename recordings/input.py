@@ -87,8 +87,9 @@ def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
         raise ValueError(f"{rest[0]}: give the array at rest once: as a file, as first frames or as a code")
     if rest or "tare_frames" in given:
         chosen = replace(chosen, **_REST)
-    places = {"dead": tuple((row, column) for row, column in given["dead"])} if "dead" in given else {}
-    found = replace(chosen, **{**given, **places})
+    if "dead" in given:
+        given = {**given, "dead": tuple((row, column) for row, column in given["dead"])}
+    found = replace(chosen, **given)
     if found.columns and found.skip_columns:
         raise ValueError("columns: and skip_columns exclude each other")
     for key, what in _OF_CODES.items():

@@ -10,7 +10,7 @@ from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.columns import by_header
-from tfra.recordings.formats.text import Table, are_headings, require_numbers, table_for, table_of_names
+from tfra.recordings.formats.text import Table, are_headings, frames_of, table_for, table_of_names
 from tfra.recordings.frames import Recording, front_end, in_place, pascals, tare_of
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError
@@ -67,15 +67,14 @@ class FrameLines:
         first, self._begun = not self._begun, True
         if first and are_headings(table.cells(text)):
             return None
-        ((_, cells),) = require_numbers(table, [(0, text)])
+        ((_, cells),), _ = frames_of(table, [(0, text)])
         self._table = table
         values = np.array([[float(cell) for cell in table.taxels(cells)]])
         levels = in_place(_PLACE, values, self._sensor, self._adc, self._given)
         if len(self._tare) < self._given.tare_frames:
             self._tare.append(levels)
             if len(self._tare) == self._given.tare_frames:
-                rest = np.concatenate(self._tare)
-                self._convert = front_end(_PLACE, self._sensor, self._adc, self._given, rest)
+                self._convert.tare(np.concatenate(self._tare))
             return None
         return pascals(_PLACE, levels, self._convert)
 

@@ -206,12 +206,12 @@ def _status(contents: Contents) -> str:
 
 def _sentences(contents: Contents, numbers: Mapping[str, object]) -> dict[str, str]:
     """Paragraphs of the page that are others for skins."""
-    of_skin = isinstance(contents.array, Skin)
-    own = _skin_numbers(contents.array, contents) if isinstance(contents.array, Skin) else _core_numbers(contents)
-    filled = contents.fill("datasheet_skin.html" if of_skin else "datasheet_core.html", **numbers, **own)
+    if isinstance(contents.array, Skin):
+        filled = contents.fill("datasheet_skin.html", **numbers, **_skin_numbers(contents.array, contents))
+    else:
+        filled = contents.fill("datasheet_core.html", **numbers, **_core_numbers(contents))
     _, *parts = re.split(r"<!-- (\w+) -->\n", filled)
-    texts = dict(zip(parts[::2], map(str.rstrip, parts[1::2]), strict=True))
-    return {f"about_{name}" if name in ("cycles", "accuracy") else name: text for name, text in texts.items()}
+    return dict(zip(parts[::2], map(str.rstrip, parts[1::2]), strict=True))
 
 
 def _numbers(contents: Contents) -> dict[str, object]:

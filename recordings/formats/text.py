@@ -76,7 +76,10 @@ class Table:
 
     def fits(self, line: str) -> bool:
         """Whether ``line`` has a number for every taxel, and no cells too many."""
-        cells = self.cells(line)
+        return self.is_frame(self.cells(line))
+
+    def is_frame(self, cells: list[str]) -> bool:
+        """The same of its ``cells``."""
         return self.has_all(cells) and all(map(_is_number, self.taxels(cells)))
 
 
@@ -91,7 +94,7 @@ def read(file: Path, sensor: SensorArray, given: Input) -> Values:
     every = enumerate(_text(file), 1)
     texts = [(number, line) for number, line in every if line.strip() and not line.lstrip().startswith("#")]
     table, start = _begun(file, sensor, given, texts)
-    lines, notes = _frames(table, texts[start:])
+    lines, notes = frames_of(table, texts[start:])
     if lines and [cell.strip() for cell in table.taxels(lines[0][1])] == [str(taxel) for taxel in range(sensor.taxels)]:
         reason = f"the numbers from 0 to {sensor.taxels - 1} are headings, not stress: remove the line"
         raise InputError(file, f"line {lines[0][0]}", reason)
@@ -111,10 +114,15 @@ def _begun(file: Path, sensor: SensorArray, given: Input, texts: list[tuple[int,
             if table := table_of_names(file, sensor, given, line):
                 return table, place
         raise InputError(file, "", f"no line names {sensor.taxels} taxels as {quoted(given.columns)} (--columns)")
+    tables = _tables(file, sensor, given)
+
+    def fits(line: str) -> bool:
+        return any(table.fits(line) for table in tables)
+
     start = 0
-    while start < len(head) and _is_word(head[start]) and not _fits_any(file, sensor, given, head[start]):
+    while start < len(head) and _is_word(head[start]) and not fits(head[start]):
         start += 1
-    if not any(_fits_any(file, sensor, given, line) for line in head[start : start + 2]):
+    if not any(map(fits, head[start : start + 2])):
         start = 0
     table = table_for(file, sensor, given, head[start : start + 2])
     if start == 0 and texts and are_headings(table.cells(texts[0][1])):
@@ -122,24 +130,21 @@ def _begun(file: Path, sensor: SensorArray, given: Input, texts: list[tuple[int,
     return replace(table, names=tuple(table.split(head[start - 1])) if start else ()), start
 
 
-def _frames(table: Table, texts: list[tuple[int, str]]) -> tuple[list[Line], list[str]]:
-    """The lines that are frames, and a note on those that are not if they are few."""
+def frames_of(table: Table, texts: list[tuple[int, str]]) -> tuple[list[Line], list[str]]:
+    """Return the lines that are frames with their cells, and a note on those that are not if they are few.
+
+    Raises ``InputError`` naming the first that is none if they are not few.
+    """
     _require_one_point(table, texts)
     every = [(number, table.cells(line)) for number, line in texts]
-    bad: list[InputError] = []
-    lines = []
-    for line in every:
-        try:
-            _require_numbers(table, line, every)
-            lines.append(line)
-        except InputError as error:
-            bad.append(error)
-            if table.given.strict or len(bad) > _BAD * len(every):
-                raise bad[0] from None
-    if not bad:
+    lines = [line for line in every if table.is_frame(line[1])]
+    if not (bad := len(every) - len(lines)):
         return lines, []
-    first = str(bad[0]).removeprefix(f"{table.file}: ")
-    return lines, [f"{len(bad)} of {len(every)} lines are no frames and left out (--strict refuses them): {first}"]
+    first = _complaint(table, next(line for line in every if not table.is_frame(line[1])), every)
+    if table.given.strict or bad > _BAD * len(every):
+        raise first
+    reason = str(first).removeprefix(f"{table.file}: ")
+    return lines, [f"{bad} of {len(every)} lines are no frames and left out (--strict refuses them): {reason}"]
 
 
 def _other_order(table: Table) -> Iterator[str]:
@@ -150,15 +155,6 @@ def _other_order(table: Table) -> Iterator[str]:
     found = by_name(pattern, table.names, table.sensor) if pattern and "{row}" in pattern else None
     if found and found.places != table.columns.places:
         yield f"the header's names are in another order than row by row: are they right? (--columns {pattern})"
-
-
-def require_numbers(table: Table, texts: list[tuple[int, str]]) -> list[Line]:
-    """Return the lines with their cells; raises ``InputError`` naming the first that is not a frame."""
-    _require_one_point(table, texts)
-    lines = [(number, table.cells(line)) for number, line in texts]
-    for line in lines:
-        _require_numbers(table, line, lines)
-    return lines
 
 
 def table_for(file: Path, sensor: SensorArray, given: Input, first: list[str]) -> Table:
@@ -188,10 +184,6 @@ def _tables(file: Path, sensor: SensorArray, given: Input) -> list[Table]:
         key, _, reason = str(error).partition(": ")
         raise InputError(file, f"input.{key}", reason) from None
     return [Table(file, sensor, given, separator, columns) for separator in _SEPARATORS]
-
-
-def _fits_any(file: Path, sensor: SensorArray, given: Input, line: str) -> bool:
-    return any(table.fits(line) for table in _tables(file, sensor, given))
 
 
 def _is_word(line: str) -> bool:
@@ -246,18 +238,19 @@ def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
         raise InputError(table.file, f"line {number}", reason)
 
 
-def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
+def _complaint(table: Table, line: Line, lines: list[Line]) -> InputError:
+    """What is wrong with a line that is no frame."""
     number, cells = line
     if not table.has_all(cells):
         sensor, skip = table.sensor, table.given.skip_columns
         after = f" after {skip} skipped column{'s' * (skip > 1)}" if skip else ""
         needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns){after} are needed"
         hint = _hint(table, cells, lines)
-        raise InputError(table.file, f"line {number}", f"{needed}, got {len(cells)}{hint and f': {hint}'}")
-    for place in table.columns.places:
-        if not _is_number(cells[place]):
-            reason = f"{quoted(cells[place].strip())} at position {place + 1} is not a number"
-            raise InputError(table.file, f"line {number}", reason)
+        return InputError(table.file, f"line {number}", f"{needed}, got {len(cells)}{hint and f': {hint}'}")
+    place = next(place for place in table.columns.places if not _is_number(cells[place]))
+    return InputError(
+        table.file, f"line {number}", f"{quoted(cells[place].strip())} at position {place + 1} is not a number"
+    )
 
 
 def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
