@@ -1,11 +1,11 @@
 """Errors of an estimate, in plain units and by Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070; Eqs. 36, 37."""
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Floats, Ints
 
 ERRORS = {
     "phi_deg": "φ / °",
@@ -30,6 +30,19 @@ class Contact(Protocol):
 
     @property
     def phi_deg(self) -> Floats: ...
+
+
+class Some(NamedTuple):
+    """The quantities of some contacts."""
+
+    resultant: Floats
+    mu: Floats
+    phi_deg: Floats
+
+    @classmethod
+    def of(cls, every: Contact, which: Ints) -> "Some":
+        """Those of the contacts ``which (k,)``."""
+        return cls(every.resultant[which], every.mu[which], every.phi_deg[which])
 
 
 def errors(reference: Contact, estimate: Contact) -> dict[str, Floats]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tfra.codegen.config.read import Project
 from tfra.contacts import Truth
 from tfra.model.arrays import Floats
-from tfra.model.metrics import errors
+from tfra.model.metrics import Some, errors
 from tfra.model.skin.matching import matched, seen_at
 from tfra.model.skin.result import SkinResult
 from tfra.recordings.frames import Recording
@@ -26,6 +26,7 @@ from tfra.tables import dataframe, html_table
 
 if TYPE_CHECKING:
     import polars as pl
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Contacts(SkinResult):
@@ -90,10 +91,7 @@ class Contacts(SkinResult):
         center = truth.arrays()["contact_center"]
         here = np.stack([self.x, self.y], axis=1) / np.array([sensor.pitch_x, sensor.pitch_y])
         true, seen = matched((frame, self.frame), (seen_at(center, truth.resultant, sensor), here))
-        known, found = (
-            _Part(of.resultant[which], of.mu[which], of.phi_deg[which])
-            for of, which in ((truth, true), (self.windows, seen))
-        )
+        known, found = (Some.of(every, which) for every, which in ((truth, true), (self.windows, seen)))
         return ContactErrors(errors(known, found), len(truth) - len(true), len(self) - len(seen))
 
     def save(self, path: str | Path) -> None:
@@ -126,14 +124,6 @@ class Contacts(SkinResult):
 
     def _written(self) -> SkinEstimate:
         return SkinEstimate(self.recording, self, self.engine, self.project.text())
-
-
-class _Part(NamedTuple):
-    """Some of the contacts."""
-
-    resultant: Floats
-    mu: Floats
-    phi_deg: Floats
 
 
 class ContactErrors(Errors):

@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.arrays import Bools
 from tfra.model.converter import quantise
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import crowds, known_contacts
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
-from tfra.model.metrics import Contact, errors
+from tfra.model.metrics import Contact, Some, errors
 from tfra.model.skin.matching import matched, seen_at
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.windows import PLACE_FRACTION
@@ -47,18 +47,6 @@ def accuracy(array: Design | Skin) -> tuple[int, Table]:
     return int(known.clear.sum()), Table("Accuracy", head, rows, (0, 1))
 
 
-class _Some(NamedTuple):
-    """Values of some contacts."""
-
-    resultant: Floats
-    mu: Floats
-    phi_deg: Floats
-
-    @classmethod
-    def of(cls, every: Contact, which: Ints) -> "_Some":
-        return cls(every.resultant[which], every.mu[which], every.phi_deg[which])
-
-
 class _Known(NamedTuple):
     """The same contacts as they are, and as both models find them; ``clear``: those with a direction.
 
@@ -92,8 +80,8 @@ def _on_skin(skin: Skin) -> _Known:
     places = np.stack([found.column, found.row], axis=1) / (1 << PLACE_FRACTION)
     there, seen = matched((frame, found.frame), (seen_at(contacts.center, contacts.force, sensor), places))
     x, y, z = (contacts.force * scale[frame, None])[there].T
-    truth = _Some(np.stack([x, y, z], axis=1), np.hypot(x, y) / np.abs(z), np.degrees(np.arctan2(y, x)))
+    truth = Some(np.stack([x, y, z], axis=1), np.hypot(x, y) / np.abs(z), np.degrees(np.arctan2(y, x)))
     exact = skin.window.float_model(cut * skin.adc.lsb)
     fixed = decode(skin.window, skin.window.model(cut).words)
     unpaired = {"contacts missed": len(frame) - len(there), "contacts invented": len(found.frame) - len(seen)}
-    return _Known(truth, _Some.of(exact, seen), _Some.of(fixed, seen), exact.status[seen] == 0, unpaired)
+    return _Known(truth, Some.of(exact, seen), Some.of(fixed, seen), exact.status[seen] == 0, unpaired)
