@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from tfra.cli.calibrate import calibrate
 from tfra.cli.estimate import estimate
 from tfra.cli.examples import examples
 from tfra.cli.frames import frames
@@ -39,6 +40,7 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "tfra estimate sensor.toml recording.csv --compression positive --out forces.npz",
         "tfra estimate sensor.toml recording.txt --unit kPa --skip-columns 1 --tare-frames 50 --out forces.csv",
     ),
+    calibrate: ("tfra calibrate sensor.toml day/*.csv --loads loads.csv --out calibration",),
     train: (
         "tfra train examples/hertz_40x20.toml --out weights.npz",
         "tfra train sensor.toml --out weights.npz --minutes 30 --channels 64 32 --seed 7",

@@ -76,7 +76,7 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
     """
     file = Path(path)
     try:
-        levels = _levels(file, sensor, adc, given)
+        levels = levels_of(file, sensor, adc, given)
         rest = _rest(levels.frames, file, sensor, adc, given)
         convert = front_end(file, sensor, adc, given, rest)
         frames = pascals(file, levels.frames, convert)
@@ -107,7 +107,7 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
 
 def front_end(file: Path, sensor: SensorArray, adc: Adc, given: Input, rest: Floats | None) -> FrontEnd:
     """What makes stress of the numbers of ``file``; raises ``InputError`` for keys that don't fit the array."""
-    known = None if given.calibration is None else read_calibration(given.calibration, sensor)
+    known = None if given.calibration is None else read_calibration(given.calibration, sensor, given)
     try:
         return FrontEnd(Array(sensor, adc), given, rest, known)
     except ValueError as error:
@@ -127,7 +127,7 @@ def pascals(file: Path, levels: Floats, convert: FrontEnd) -> Floats:
 
 def tare_of(sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
     """Return the frames of the tare's own file, ``(k, rows, columns)`` in the recording's unit, if there is one."""
-    return None if given.tare is None else _levels(given.tare, sensor, adc, given).frames
+    return None if given.tare is None else levels_of(given.tare, sensor, adc, given).frames
 
 
 def in_place(file: Path, values: Floats, sensor: SensorArray, adc: Adc, given: Input) -> Floats:
@@ -143,7 +143,7 @@ def in_place(file: Path, values: Floats, sensor: SensorArray, adc: Adc, given: I
     return frames
 
 
-def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
+def levels_of(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
     """The recording in its own unit, every taxel in its place; all are numbers, or codes, if it has those."""
     values = _read(file, sensor, given)
     if not len(values.frames):

@@ -39,7 +39,7 @@ class FrontEnd:
     def __init__(
         self, array: Array, given: Input, rest: Floats | None = None, known: Calibration | None = None
     ) -> None:
-        self._array, self._given = array, given
+        self._array, self._given, self._pascals = array, given, pascals_per(given, array.adc)
         first, last = codes_of(given.coding, array.adc.bits)
         if given.rest_code is not None and not first <= given.rest_code <= last:
             reason = f"{given.coding} codes of {array.adc.bits} bits are from {first} to {last}"
@@ -73,9 +73,14 @@ class FrontEnd:
         return ~self._dead
 
     @property
+    def is_of_a_core(self) -> bool:
+        """Whether a core can do the same: with codes of 8 to 16 bits."""
+        return self._core is not None
+
+    @property
     def tables(self) -> fixed.Tables:
         """Those of the core for the same recording; raises ``ValueError`` if it has other numbers than codes."""
-        if self._core is None:
+        if not self.is_of_a_core:
             raise ValueError("unit: only codes of 8 to 16 bits go to the front end of a core")
         return self._tables(self._offset)
 
@@ -90,7 +95,7 @@ class FrontEnd:
 
     def noise(self, rest: Floats) -> float:
         """The usual standard deviation of a taxel in Pa, in frames ``rest (k, rows, columns)`` at rest, k > 1."""
-        factor = PASCALS.get(self._given.unit, self._pa_per_code) * self._gain
+        factor = self._pascals * self._gain
         return float(np.median((rest.std(axis=0, ddof=1) * factor)[self.alive]))
 
     def __call__(self, levels: Floats) -> Floats:
@@ -104,23 +109,16 @@ class FrontEnd:
             deviation = (self._words(levels) - self._words(offset)).reshape(len(levels), -1)
             return np.asarray(self._core.codes(deviation).reshape(levels.shape) * self._array.adc.lsb)
         stress = levels - offset if offset.any() else levels
-        factor = PASCALS.get(self._given.unit, self._pa_per_code) * self._gain
+        factor = self._pascals * self._gain
         if (factor != 1).any():
             stress = stress * factor
         stress = -stress if self._given.compression == "positive" else stress
         return self._repaired(stress) if self._dead.any() else stress
 
     @property
-    def _pa_per_code(self) -> float:
-        """By default that of the converter, of a unipolar one half, since all of its bits are for one sign."""
-        if self._given.pa_per_code is not None:
-            return self._given.pa_per_code
-        return self._array.adc.lsb / (2 if self._given.coding == "unipolar" else 1)
-
-    @property
     def _gains(self) -> Ints:
         """Words of the taxels' gains in the core, ``(rows, columns)``."""
-        gains = np.rint(fixed.UNITY * self._pa_per_code / self._array.adc.lsb * self._gain).astype(np.int64)
+        gains = np.rint(fixed.UNITY * self._pascals / self._array.adc.lsb * self._gain).astype(np.int64)
         return np.where(self._dead, 0, gains)
 
     def _words(self, levels: Floats) -> Ints:
@@ -149,7 +147,7 @@ class FrontEnd:
     def _stretches(self, levels: Floats) -> Iterator[tuple[int, bool]]:
         """Lengths of stretches of frames, and whether nothing presses in them, as the offset that was followed says."""
         adc = self._array.adc
-        least = adc.threshold * adc.lsb / PASCALS.get(self._given.unit, self._pa_per_code)
+        least = adc.threshold * adc.lsb / self._pascals
         at, size = 0, _FIRST
         while at < len(levels):
             part = levels[at : at + size]
@@ -165,6 +163,18 @@ class FrontEnd:
                 size = 2 * size if count == len(part) else _FIRST
                 yield count, False
             at += count
+
+
+def pascals_per(given: Input, adc: Adc) -> float:
+    """Stress of 1 in the unit of a recording, Pa.
+
+    By default a code has that of the converter ``adc``, of a unipolar one half, since all of its bits are for one sign.
+    """
+    if given.unit != "codes":
+        return PASCALS[given.unit]
+    if given.pa_per_code is not None:
+        return given.pa_per_code
+    return adc.lsb / (2 if given.coding == "unipolar" else 1)
 
 
 def _filtered(levels: Floats, offset: Floats, rate: float) -> tuple[Floats, Floats]:

@@ -78,7 +78,6 @@ class FrameLines:
             return None
         return pascals(_PLACE, levels, self._convert)
 
-
     def _found(self, text: str) -> Table | None:
         """The table of the first line; None for one of names, and before that."""
         if not by_header(self._given):

@@ -26,7 +26,7 @@ from tfra.model.sensor import SensorArray
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
     "runtime", "families", "model", "recordings", "report", "hdl", "codegen", "sim", "synth", "study", "train", "view",
-    "paper", "tfra", "cli", "docs", "bench",
+    "calibrate", "paper", "tfra", "cli", "docs", "bench",
 )
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 

@@ -1,0 +1,124 @@
+"""The files of a calibration: TOML for commands, and the tables of a core's front end for the drivers."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tfra.calibrate.calibrated import Calibrated
+from tfra.model.arrays import Floats, Ints
+from tfra.model.fixed.front_end import Settings, Tables
+from tfra.model.fixed.repair import ONE, targets
+from tfra.recordings.calibration import Calibration, Cover, File, written
+from tfra.recordings.front_end import FrontEnd
+
+TOML = "cal.toml"
+
+SETTINGS = ("word_bits", "is_unsigned", "invert")
+"""Those of the front end that follow from a calibration; the others are the user's."""
+
+_HEADER = """/* The front end of a core after a calibration: call tfra_calibrate() while the core is stopped. */
+#ifndef TFRA_CALIBRATION_H
+#define TFRA_CALIBRATION_H
+
+#include "tfra_driver.h"
+
+{arrays}
+
+/** Writes offsets, gains, repairs and the form of the words; all other settings stay. */
+static inline tfra_error_t tfra_calibrate(tfra_device_t *device)
+{{
+    tfra_front_end_t settings;
+    tfra_error_t error = tfra_get_front_end(device, &settings);
+    settings.word_bits = {word_bits};
+    settings.is_unsigned = {is_unsigned};
+    settings.invert = {invert};
+    if (error == TFRA_OK)
+        error = tfra_set_front_end(device, &settings);
+    if (error == TFRA_OK)
+        error = tfra_set_offsets(device, 0, tfra_calibrated_offsets, {taxels});
+    if (error == TFRA_OK)
+        error = tfra_set_gains(device, 0, tfra_calibrated_gains, {taxels});
+    if (error == TFRA_OK)
+        error = tfra_set_repairs(device, tfra_calibrated_repairs, {repairs});
+    return error;
+}}
+
+#endif
+"""
+
+
+def write(found: Calibrated, folder: Path) -> None:
+    """Write ``cal.toml`` and, if a core can have them, ``front_end.json`` and ``front_end.h`` into ``folder``."""
+    (folder / TOML).write_text(_toml(found), encoding="utf-8")
+    known = Calibration(found.gain, found.rest, found.dead)
+    front_end = FrontEnd(found.array, found.given, None, known)
+    if not front_end.is_of_a_core:
+        return
+    settings, tables = front_end.settings, front_end.tables
+    (folder / "front_end.json").write_text(_json(settings, tables), encoding="utf-8")
+    (folder / "front_end.h").write_text(_header(settings, tables), encoding="utf-8")
+
+
+def _toml(found: Calibrated) -> str:
+    fit, given = found.fit, found.given
+    return written(
+        File(
+            form="tfra-calibration-1",
+            order=given.order,
+            flip_x=given.flip_x,
+            flip_y=given.flip_y,
+            compression=given.compression,
+            gain=_rows(found.gain),
+            gain_error=_rows(found.gain_error),
+            rest=_rows(found.rest),
+            noise=_rows(found.noise),
+            dead=[[int(row), int(column)] for row, column in np.argwhere(found.dead)],
+            cover=Cover(
+                thickness_mm=_short(1e3 * fit.thickness),
+                thickness_error_mm=_short(1e3 * fit.thickness_error),
+                poisson=_short(fit.poisson),
+                poisson_error=_short(fit.poisson_error),
+            ),
+        )
+    )
+
+
+def _rows(table: Floats) -> list[list[float]]:
+    return [[_short(value) for value in row] for row in table]
+
+
+def _short(value: float) -> float:
+    """Six digits are more than any calibration knows."""
+    return float(f"{value:.6g}")
+
+
+def _json(settings: Settings, tables: Tables) -> str:
+    repairs: dict[str, Any] = {
+        str(target): {str(source): weight / ONE for source, weight in zip(sources, weights.tolist(), strict=True)}
+        for target, sources, weights in targets(tables.repairs)
+    }
+    content = {
+        "settings": {name: getattr(settings, name) for name in SETTINGS},
+        "offsets": tables.offsets.tolist(),
+        "gains": tables.gains.tolist(),
+        "repairs": repairs,
+    }
+    return json.dumps(content) + "\n"
+
+
+def _header(settings: Settings, tables: Tables) -> str:
+    arrays = (("int32_t", "offsets"), ("uint32_t", "gains"), ("uint32_t", "repairs"))
+    return _HEADER.format(
+        arrays="\n".join(_array(kind, name, getattr(tables, name)) for kind, name in arrays),
+        taxels=len(tables.gains),
+        repairs=len(tables.repairs),
+        **{name: str(getattr(settings, name)).lower() for name in SETTINGS},
+    )
+
+
+def _array(kind: str, name: str, words: Ints) -> str:
+    """A constant array of C; it has a word if there are none, since C has no empty arrays."""
+    values = ", ".join(map(str, words.tolist())) or "0"
+    return f"static const {kind} tfra_calibrated_{name}[] = {{{values}}};"

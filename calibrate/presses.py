@@ -1,0 +1,153 @@
+"""Recordings of loads become readings: what every taxel shows at rest and under the load."""
+
+import math
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import uniform_filter1d
+
+from tfra.calibrate.loads import Load
+from tfra.model.arrays import Bools, Floats
+from tfra.model.sensor import SensorArray
+from tfra.recordings.input import Input, arranged
+from tfra.runtime.errors import InputError
+
+AT_START = 20
+"""Most frames at the start of a recording that are taken for rest before it is known where the load begins."""
+
+STEADY = 0.03
+"""How far a frame under the load may be from the usual one, relative; noise may be more."""
+
+BLURRED = 0.05
+"""Noise of a frame over the load, above which frames are averaged to find when it begins and ends."""
+
+RETURNED = 0.2
+"""A share of the load below which the end of a recording is at rest: the offset may have moved so far."""
+
+UNSEEN = 2.0
+"""A mean of frames under a load differs from rest by more than this times what noise would do, in squares."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What the recording ``file`` of a ``load`` shows, in its own unit; all arrays are ``(rows, columns)``.
+
+    ``rest``: at rest, at the time of the load; ``pressed``: the mean under the load, from frame ``span[0]`` to
+    ``span[1]``, the same as ``rest`` if there is none; ``noise``: standard deviation of a frame at rest; ``moved``: the
+    offset's way over the recording; ``changes``: taxels that ever do.
+    """
+
+    file: Path
+    load: Load
+    rest: Floats
+    pressed: Floats
+    noise: Floats
+    moved: Floats
+    changes: Bools
+    span: tuple[int, int]
+    frames_at_rest: int
+
+    def placed(self, before: Input, after: Input, sensor: SensorArray) -> "Reading":
+        """The same with the taxels, which are placed as ``before`` says, placed as ``after``."""
+
+        def moved(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            return rearranged(values, before, after, sensor)
+
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        changed: dict[str, Any] = {name: moved(v) if isinstance(v, np.ndarray) else v for name, v in values.items()}
+        return Reading(**changed)
+
+    @property
+    def frames(self) -> int:
+        """Frames under the load."""
+        return self.span[1] - self.span[0] + 1
+
+    @property
+    def deviation(self) -> Floats:
+        """Of the load from rest, in the recording's unit."""
+        return np.asarray(self.pressed - self.rest)
+
+    def variance(self, noise: Floats) -> Floats:
+        """Of the deviation, from the ``noise`` of a frame."""
+        return np.asarray(noise**2 * (1 / self.frames + 1 / self.frames_at_rest))
+
+
+def rearranged(values: npt.NDArray[Any], before: Input, after: Input, sensor: SensorArray) -> npt.NDArray[Any]:
+    """Numbers of taxels ``(rows, columns)``, in their places by ``before``, in those by ``after``."""
+    every = np.arange(sensor.taxels, dtype=np.float64)[None]
+    source, target = (arranged(every, given, sensor)[0].astype(np.int64) for given in (before, after))
+    flat = np.empty_like(values.ravel())
+    flat[source] = values
+    return np.asarray(flat[target])
+
+
+def read_rest(file: Path, load: Load, levels: Floats) -> Reading:
+    """The reading of an array at rest from ``levels (n, rows, columns)``."""
+    mean = levels.mean(axis=0)
+    third = max(1, len(levels) // 3)
+    moved = levels[-third:].mean(axis=0) - levels[:third].mean(axis=0)
+    span = 0, len(levels) - 1
+    return Reading(file, load, mean, mean, _noise(levels), moved, np.ptp(levels, axis=0) > 0, span, len(levels))
+
+
+def read_press(file: Path, load: Load, levels: Floats) -> Reading:
+    """The reading of a load from ``levels (n, rows, columns)`` that start at rest, and may end so.
+
+    The load is the longest time that frames look alike.  Raises ``InputError`` for a recording without one.
+    """
+    before, (first, last), after = _parts(file, load, levels)
+    start, end = levels[:before], levels[after:]
+    rest, moved = start.mean(axis=0), np.zeros(levels.shape[1:])
+    if len(end) >= min(AT_START, before):
+        moved = end.mean(axis=0) - rest
+        times = (before - 1) / 2, (first + last) / 2, (after + len(levels) - 1) / 2
+        rest = rest + moved * (times[1] - times[0]) / (times[2] - times[0])
+    pressed = levels[first : last + 1].mean(axis=0)
+    changes = np.ptp(levels, axis=0) > 0
+    return Reading(file, load, rest, pressed, _noise(start), moved, changes, (first, last), before + len(end))
+
+
+def _parts(file: Path, load: Load, levels: Floats) -> tuple[int, tuple[int, int], int]:
+    """Frames at rest before the load, the first and the last under it, and the first at rest after it."""
+    start = max(1, min(AT_START, len(levels) // 10))
+    flat = (levels - levels[:start].mean(axis=0)).reshape(len(levels), -1)
+    if load.frames and not start < load.frames[0] <= load.frames[1] < len(levels):
+        reason = f"{load.frames[0]}-{load.frames[1]} of the table is not after rest within {len(levels)} frames"
+        raise InputError(file, "frames", reason)
+    most = max(3, len(flat) // 10)
+    under = slice(load.frames[0], load.frames[1] + 1) if load.frames else np.argsort((flat**2).sum(axis=1))[-most:]
+    loaded = flat[under].mean(axis=0)
+    energy = loaded @ loaded
+    noise = np.nan_to_num(_noise(levels[:start])).ravel()
+    if energy <= UNSEEN * (noise @ noise) * (1 / most + 1 / start):
+        raise InputError(file, "", "shows no load: is it the right recording, and does it start at rest?")
+    blur = float(np.linalg.norm(noise * loaded) / energy)
+    width = math.ceil(max(1.0, (blur / BLURRED) ** 2))
+    share = uniform_filter1d(flat @ loaded / energy, width)
+    tolerance = max(STEADY, 4 * blur / math.sqrt(width))
+    usual, end = float(np.median(share[share > 0.5])), float(np.median(share[-start:]))
+    first, last = load.frames or _longest(np.abs(share - usual) < tolerance)
+    resting, ended = np.abs(share) < tolerance, np.abs(share - end * (abs(end) < RETURNED)) < tolerance
+    if not resting[0] or not first:
+        raise InputError(file, "", "does not start at rest: record some frames before the load")
+    before, after = int(np.argmin(resting)), len(levels) - int(np.argmin(ended[::-1]))
+    trim = 1 + width // 2 if not load.frames and last - first > 4 + width else 0  # the load may be on its way there
+    return max(1, before - 1 - width // 2), (first + trim, last - trim), min(len(levels), after + 1 + width // 2)
+
+
+def _longest(which: Bools) -> tuple[int, int]:
+    """The first and the last place of the longest run of ``which``."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], which, [False]]).astype(np.int8)))
+    starts, ends = edges[::2], edges[1::2]
+    longest = int(np.argmax(ends - starts))
+    return int(starts[longest]), int(ends[longest]) - 1
+
+
+def _noise(levels: Floats) -> Floats:
+    """Standard deviation of frames from the one before, so that drift counts little; nan of fewer than three."""
+    if len(levels) < 3:
+        return np.full(levels.shape[1:], np.nan)
+    return np.asarray(np.diff(levels, axis=0).std(axis=0) / np.sqrt(2))
