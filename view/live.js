@@ -64,6 +64,9 @@ function drawLast() {
   feed.age = Date.now() - 1000 * feed.came;
 }
 
+/** Frames of a live page come and go: its address names none. */
+function link() {}
+
 let stop;
 
 /** Read frames until the source ends or `stop` aborts. */

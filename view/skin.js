@@ -83,14 +83,16 @@ function drawContact(pen, grid, contact, peak) {
 
 function drawSkin(contacts, peaks) {
   const root = $("scale").value === "root";
-  const { pen, grid } = drawStress($("map"), { stress: plane(skin.stress, state.frame), peak: peaks.stress, root });
+  const { pen, grid } = drawPlane($("map"), { values: plane(skin.stress, state.frame), peak: peaks.stress, root, dead: skin.dead });
   contacts.toReversed().forEach((contact) => drawContact(pen, grid, contact, peaks.force));
   const told = contacts.map(({ track, f }) => `${track} with ${figures(f)} N`).join(", ");
   $("map").setAttribute("aria-label", `Map of the stress, frame ${numberOf(state.frame)}; contacts: ${told || "none"}`);
   drawTicks(peaks.stress, root);
   const unit = unitFor(PEAKS.force, "N");
-  const longest = checked("arrows") ? `arrows: tangential forces, longest ${unit.of(peaks.force)} ${unit.name} · ` : "";
-  say($("key"), `${longest}circles: centroids of the regions, red where the force is implausible`);
+  drawKey([
+    ...(checked("arrows") ? [`arrows: tangential forces, longest ${unit.of(peaks.force)} ${unit.name}`] : []),
+    "circles: centroids of the regions, red where the force is implausible", ...(skin.dead.length ? [CROSSED] : []),
+  ]);
 }
 
 /** Columns of the table: name, head, and the text of a contact's cell. */
@@ -157,7 +159,8 @@ function listen() {
   for (const kind of ["pointermove", "pointerdown"]) {
     $("map").addEventListener(kind, ({ offsetX, offsetY }) => pick(gridOf($("map").clientWidth).taxelAt(offsetX, offsetY)));
   }
-  listenToWidth();
+  listenToSaving();
+  listenToLooks();
 }
 
 /** Show `frame`, and start to listen to events. */
