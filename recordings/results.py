@@ -157,7 +157,7 @@ def _source(of: Estimate | SkinEstimate) -> dict[str, npt.NDArray[Any]]:
     return {
         "stress": np.ascontiguousarray(of.recording.frames),
         **({} if time is None else {"time": time}),
-        **({} if dead is None else {"dead": dead}),
+        **({} if dead is None else {"dead": dead.astype(np.uint8)}),
         "engine": np.array(of.engine),
         "config": np.array(of.config),
     }

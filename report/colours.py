@@ -1,4 +1,4 @@
-"""Colours that colour-blind readers can distinguish: those of Okabe and Ito, and ColorBrewer's blue and red of stress."""
+"""Colours that colour-blind readers can distinguish: those of Okabe and Ito, and ColorBrewer's blue and red."""
 
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#000000"
 

@@ -13,7 +13,7 @@ const PANELS = [
   ["phi", "φ / °", "phi_deg"], ["mu", "μ", "mu"], ["f", "|F| / N", "f_n"], ["f_x", "F<sub>x</sub> / N", "fx_n"],
   ["f_y", "F<sub>y</sub> / N", "fy_n"], ["f_z", "F<sub>z</sub> / N", "fz_n"],
   ...(judged ? [["uncertainty", "uncertainty, % of |F<sub>z</sub>|", "uncertainty_percent"]] : []),
-  ...(distributed ? [["residual", "residual / %", "residual_percent"]] : []),
+  ...(tested ? [["residual", "residual / %", "residual_percent"]] : []),
 ].flatMap((panel) => (known?.values[panel[0]] && ERRORS[panel[0]] ? [panel, ERRORS[panel[0]]] : [panel]));
 const LANE = 26;
 

@@ -20,6 +20,7 @@ const unpackResult = (result) => ({
 
 const results = given.results.map(unpackResult);
 const references = given.references.map((known) => ({ ...known, values: unpackValues(known.values) }));
+const tested = results.some(({ values }) => values.residual);
 const judged = results.some(({ threshold }) => threshold);
 const distributed = results.some(({ forces }) => forces);
 const swept = results.some(({ sweep }) => sweep);

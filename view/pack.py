@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Floats
-from tfra.model.boussinesq import operators
-from tfra.model.learned.field import influence
+from tfra.model.learned.field import residual, unexplained
 from tfra.model.tfra import Tfra
 from tfra.view.resultfile import Recorded, References
 
@@ -111,22 +110,27 @@ def scaled(planes: Floats) -> dict[str, Packed]:
 def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
     """The chosen frames of a result; ``sweep`` only beside results of TFRA, ``forces`` only if a core gave them.
 
-    ``left`` is the stress that the forces leave unexplained, ``residual`` its share of the stress, in percent.
+    ``left`` is the stress that the forces leave unexplained under the elastic layer, ``residual`` its share in percent.
+    Under a half-space TFRA explains every frame, but for the factor of Eq. 31.
     """
     shown, found = slice(chosen.shown.start, chosen.shown.stop, chosen.shown.step), recorded.found
     stress = recorded.stress[shown]
-    planes: dict[str, Any] = {"stress": scaled(stress.reshape(len(stress), -1))}
+    flat = stress.reshape(len(stress), -1)
+    planes: dict[str, Any] = {"stress": scaled(flat)}
     values = {"phi": found.phi_deg, "mu": found.mu, "mu_x": found.mu_x, "mu_y": found.mu_y}
     values |= dict(zip(("f_x", "f_y", "f_z"), found.resultant.T, strict=True))
     if (share := found.uncertainty_share) is not None:
         values["uncertainty"] = 100 * share  # in percent of |F_z|
+    if found.residual is not None:
+        values["residual"] = 100 * found.residual
     values = {key: value[shown] for key, value in values.items()}
     if not found.resultant_alone:
-        forces = found.forces[shown].reshape(len(stress), 3, -1).swapaxes(0, 1)
-        left = unexplained(recorded, stress.reshape(len(stress), -1), forces)
-        planes |= {"forces": [scaled(axis) for axis in forces], "left": scaled(left)}
-        whole = np.linalg.norm(stress, axis=(1, 2))
-        values["residual"] = 100 * np.linalg.norm(left, axis=1) / np.where(whole > 0, whole, 1)
+        forces = found.forces[shown].reshape(len(stress), 3, -1)
+        sensor = recorded.design.sensor
+        left = scaled(unexplained(sensor, flat, forces))
+        planes |= {"forces": [scaled(axis) for axis in forces.swapaxes(0, 1)], "left": left}
+        if found.residual is None:
+            values["residual"] = 100 * residual(sensor, flat, forces)
     return {
         "values": {key: packed(value, "float32") for key, value in values.items()},
         "status": packed(found.status[shown], "uint8"),
@@ -135,21 +139,6 @@ def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
         **({} if found.threshold is None else {"threshold": 100 * found.threshold}),
         **({"sweep": _sweep(recorded, stress[:: chosen.sweeps])} if recorded.swept else {}),
     }
-
-
-def unexplained(recorded: Recorded, stress: Floats, forces: Floats) -> Floats:
-    """What ``forces (3, n, m)`` in N leave of the ``stress (n, m)`` in Pa, by the equation of their estimator.
-
-    That is Boussinesq's for TFRA; for the learned estimator that of the elastic layer, as its ``residual`` has it.
-    """
-    sensor = recorded.design.sensor
-    if recorded.swept:
-        of = operators(sensor)
-        matrices = of.c31, of.c32, of.c33
-    else:
-        layer = influence(sensor)
-        matrices = layer.x, layer.y, layer.z
-    return stress - sum(force @ matrix.T for force, matrix in zip(forces, matrices, strict=True))
 
 
 def times(recorded: list[Recorded], chosen: Chosen) -> Packed | None:

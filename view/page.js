@@ -32,7 +32,7 @@ function sceneOf(result, frame) {
 function drawLegend(peaks) {
   const of = $("of").value;
   drawTicks(peaks[of], $("scale").value === "root");
-  say($("coloured"), of === "stress" ? "stress" : "residual, measured less explained");
+  say($("coloured"), of === "stress" ? "stress" : "residual");
   const legend = [];
   const unit = unitFor(Math.max(PEAKS.resultant, PEAKS.pressing), "N");
   if (checked("resultant")) {
@@ -181,16 +181,14 @@ function strongest(frame) {
 
 /** What is shown only if a result has it. */
 const PARTS = {
-  "#swept": swept, "[data-row=uncertainty], #judged, #shaded": judged, "#alone": results.some(({ forces }) => !forces),
-  "label:has(#of), label:has(#arrows), label:has(#circles), #explained, [data-row=residual], [data-row=taxel-left], [data-row=taxel-x], [data-row=taxel-y], [data-row=taxel-z]": distributed,
+  "#swept": swept, "#explained, [data-row=residual]": tested, "[data-row=uncertainty], #judged, #shaded": judged, "#alone": results.some(({ forces }) => !forces),
+  "label:has(#of), label:has(#arrows), label:has(#circles), [data-row=taxel-left], [data-row=taxel-x], [data-row=taxel-y], [data-row=taxel-z]": distributed,
 };
 
 function hideMissing() {
   for (const [places, present] of Object.entries(PARTS)) {
     for (const place of document.querySelectorAll(places)) place.hidden = !present;
   }
-  const equations = results.filter(({ forces }) => forces).map(({ sweep }) => (sweep ? "Boussinesq’s equation" : "the elastic layer of the learned estimator"));
-  $("equation").textContent = [...new Set(equations)].join(" or ");
   $("alone").textContent = results.filter(({ forces }) => !forces).map(({ label }) => `${label}: ${given.resultantAlone}.`).join(" ");
 }
 

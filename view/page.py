@@ -34,7 +34,10 @@ TITLE = "Contact forces"
 
 LIVE_TITLE = "Contact forces, live"
 
-_DRAWING = ("numbers.js", "data.js", "map.js", "surface.js", "looks.js", "charts.js", "controls.js", "saved.js", "page.js")
+_DRAWING = (
+    *("numbers.js", "data.js", "map.js", "surface.js", "looks.js"),
+    *("charts.js", "controls.js", "saved.js", "page.js"),
+)
 """Scripts that draw any page and handle its controls."""
 
 _SPEEDS = (1, 5, 10, 25, 50, 100, 250, 1000)
