@@ -94,6 +94,7 @@ function play(wanted) {
   settle();
 }
 
+$("frame").max = COUNT - 1;
 early.slice(1).forEach(append);
 begin(COUNT - 1).then(() => {
   feed.all += 1;

@@ -4,7 +4,7 @@
 const COLOURS = given.colours.map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
 /** Pixels of the longest number at the axis of y. */
 const LABEL = 7 * Math.max(...Array.from({ length: given.rows }, (_, row) => figures(row * given.pitch[1]).length));
-const EDGE = { left: 24 + LABEL, right: 10, top: 8, bottom: 36 };
+const EDGE = { left: 26 + LABEL, right: 10, top: 8, bottom: 36 };
 const GREEN = "#00704F";
 const TALLEST = 460;
 
@@ -94,7 +94,7 @@ function drawAxes(pen, grid) {
     pen.fillText(figures(row * given.pitch[1]), grid.left - 5, y);
   }
   pen.save();
-  pen.translate(grid.left - LABEL - 14, grid.bottom - (grid.down * given.rows) / 2);
+  pen.translate(grid.left - LABEL - 16, grid.bottom - (grid.down * given.rows) / 2);
   pen.rotate(-Math.PI / 2);
   pen.textAlign = "center";
   pen.fillText("y / mm", 0, 0);

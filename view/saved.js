@@ -26,28 +26,31 @@ function saveCurves() {
   save("curves.csv", new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }));
 }
 
+/** Pixels around the maps; the frame's number is above them. */
+const MARGINS = { side: 8, top: 30 };
+
 /** The maps as they are on the page, with their names and the legend, under the number of the frame. */
 function pictureOfMaps() {
   const [whole, dots] = [document.querySelector(".maps"), window.devicePixelRatio || 1];
   const base = whole.getBoundingClientRect();
-  const height = $("legend").getBoundingClientRect().bottom - base.top + 24;
+  const [width, height] = [base.width + 2 * MARGINS.side, $("legend").getBoundingClientRect().bottom - base.top + MARGINS.top + MARGINS.side];
   const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [base.width * dots, height * dots];
+  [canvas.width, canvas.height] = [width * dots, height * dots];
   const pen = canvas.getContext("2d");
   pen.scale(dots, dots);
   pen.fillStyle = INK.paper;
-  pen.fillRect(0, 0, base.width, height);
+  pen.fillRect(0, 0, width, height);
   pen.fillStyle = INK.text;
   pen.font = "13px system-ui, sans-serif";
   pen.textBaseline = "middle";
-  pen.fillText($("where").textContent, 0, 12);
+  pen.fillText($("where").textContent, MARGINS.side, MARGINS.top / 2);
   const placed = (place, draw) => {
     const box = place.getBoundingClientRect();
-    draw(box.left - base.left, box.top - base.top + 24, box.width, box.height);
+    draw(box.left - base.left + MARGINS.side, box.top - base.top + MARGINS.top, box.width, box.height);
   };
   for (const map of whole.querySelectorAll("canvas")) placed(map, (...box) => pen.drawImage(map, ...box));
   for (const text of whole.querySelectorAll("figcaption, #legend .ticks > span, #key li")) {
-    placed(text, (x, y, width, tall) => pen.fillText(text.textContent, x, y + tall / 2, width));
+    placed(text, (x, y, width, tall) => pen.fillText(text.innerText, x, y + tall / 2, width));
   }
   placed($("bar"), (x, y, width, tall) => {
     for (let at = 0; at < width; at += 1) {

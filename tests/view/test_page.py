@@ -181,8 +181,8 @@ def test_a_taxel_is_chosen_by_pointing_or_by_its_place(shown: Browser, arrays: d
     expect(1, 4)
     shown.evaluate("document.getElementById('map-0').scrollIntoView({block: 'center'})")
     box = shown.evaluate("(box => [box.x, box.y, box.width])(document.getElementById('map-0').getBoundingClientRect())")
-    across = (box[2] - 41) / 6  # what is left of the width beside the axis
-    shown.point(box[0] + 31 + 2.5 * across, box[1] + 10 + 0.5 * across * 3 / 4)
+    across = (box[2] - 43) / 6  # what is left of the width beside the axis
+    shown.point(box[0] + 33 + 2.5 * across, box[1] + 10 + 0.5 * across * 3 / 4)
     assert (shown.evaluate("row.value"), shown.evaluate("column.value")) == ("3", "2")
     expect(3, 2)
 
@@ -291,7 +291,7 @@ def test_maps_are_saved(shown: Browser) -> None:
     size = saved(shown, "save-map", "createImageBitmap(blob).then(image => [blob.type, image.width, image.height])")
     whole = shown.evaluate("document.querySelector('.maps').clientWidth")
     maps = shown.evaluate("[0, 1].map(n => document.getElementById(`map-${n}`).clientHeight)")
-    assert size[:2] == ["image/png", whole]
+    assert size[:2] == ["image/png", whole + 16]
     assert size[2] > sum(maps)
 
 
@@ -398,8 +398,8 @@ def test_dead_taxels_are_crossed_and_a_link_opens_its_frame(
     assert "dead" in tab.evaluate("document.getElementById('key').textContent")
     for name in ("resultant", "arrows", "centroids"):
         tab.evaluate(f"document.getElementById('{name}').click()")
-    across = tab.evaluate("(document.getElementById('map-0').clientWidth - 41) / 6")
-    places = [(round(31 + (2.5 + n) * across), round(8 + 2.5 * across * 3 / 4)) for n in (0, 1)]
+    across = tab.evaluate("(document.getElementById('map-0').clientWidth - 43) / 6")
+    places = [(round(33 + (2.5 + n) * across), round(8 + 2.5 * across * 3 / 4)) for n in (0, 1)]
     pen = "document.getElementById('map-0').getContext('2d')"
     middles = [sum(tab.evaluate(f"[...{pen}.getImageData({x}, {y}, 1, 1).data]")[:3]) for x, y in places]
     assert middles[0] < 150 < middles[1]
