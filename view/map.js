@@ -77,6 +77,15 @@ function arrow(pen, [x, y], [dx, dy], width, colour) {
   }, width, colour);
 }
 
+/** A circle whose area is that of one with the radius `most`, times a share; dashed where the share is of a force that pulls. */
+function circle(pen, centre, most, share, width, colour) {
+  const radius = most * Math.sqrt(Math.abs(share));
+  if (!(radius > 0.8)) return;
+  pen.setLineDash(share > 0 ? [3 * width, 2.5 * width] : []);
+  rimmed(pen, () => pen.arc(...centre, radius, 0, 2 * Math.PI), width, colour);
+  pen.setLineDash([]);
+}
+
 function drawAxes(pen, grid) {
   const ticks = (count, room) => Array.from({ length: count }, (_, n) => n).filter((n) => n % Math.ceil(count / room) === 0);
   pen.fillStyle = INK.faint;
@@ -107,12 +116,7 @@ function drawForces(pen, grid, scene) {
   for (let k = 0; k < TAXELS; k += 1) {
     const centre = grid.at(placeOf(k));
     const [fx, fy, fz] = scene.forces.map((force) => force[k]);
-    if (scene.circles && scene.peaks.normal > 0) {
-      const radius = 0.46 * least * Math.sqrt(Math.abs(fz) / scene.peaks.normal);
-      pen.setLineDash(fz > 0 ? [3, 3] : []);
-      if (radius > 0.8) rimmed(pen, () => pen.arc(...centre, radius, 0, 2 * Math.PI), 0.8 * width);
-      pen.setLineDash([]);
-    }
+    if (scene.circles) circle(pen, centre, 0.46 * least, fz / scene.peaks.normal, 0.8 * width);
     if (scene.arrows && scene.peaks.tangential > 0) {
       const size = (1.6 * least) / scene.peaks.tangential;
       arrow(pen, centre, [size * fx, -size * fy], width);
@@ -125,11 +129,7 @@ function drawResultant(pen, grid, { c, resultant, peaks }) {
   if (!c) return;
   const [x, y, z] = resultant;
   const most = 0.15 * (grid.across * given.columns + grid.down * given.rows);
-  if (peaks.pressing > 0) {
-    pen.setLineDash(z > 0 ? [7, 5] : []);
-    rimmed(pen, () => pen.arc(...grid.at(c), 0.8 * most * Math.sqrt(Math.abs(z) / peaks.pressing), 0, 2 * Math.PI), 2.5, GREEN);
-    pen.setLineDash([]);
-  }
+  circle(pen, grid.at(c), 0.8 * most, z / peaks.pressing, 2.5, GREEN);
   if (peaks.resultant > 0) arrow(pen, grid.at(c), [(most * x) / peaks.resultant, (-most * y) / peaks.resultant], 4, GREEN);
 }
 
@@ -155,6 +155,9 @@ function drawCentroids(pen, grid, { c, t, directed }) {
 function drawPlane(canvas, { values, peak, root, dead }) {
   const grid = gridOf(canvas.clientWidth);
   const pen = prepared(canvas, grid.height);
+  const whole = [grid.left, EDGE.top, grid.across * given.columns, grid.down * given.rows];
+  pen.fillStyle = colourOf(0);  // no dark page between the taxels
+  pen.fillRect(...whole);
   for (let k = 0; k < TAXELS; k += 1) {
     const [x, y] = grid.at(placeOf(k));
     pen.fillStyle = colourOf(bent(values[k] / (peak || 1), root));
@@ -163,7 +166,7 @@ function drawPlane(canvas, { values, peak, root, dead }) {
   for (const k of dead) drawCross(pen, grid, k);
   pen.lineWidth = 1;
   pen.strokeStyle = INK.edge;
-  pen.strokeRect(grid.left, EDGE.top, grid.across * given.columns, grid.down * given.rows);
+  pen.strokeRect(...whole);
   drawAxes(pen, grid);
   return { pen, grid };
 }
