@@ -30,6 +30,7 @@ let linking = 0;
 
 /** Name the frame in the address when it has been shown for a moment: browsers refuse hundreds of changes. */
 function link() {
+  if (location.protocol === "about:") return;  // within a notebook, which has the address
   clearTimeout(linking);
   linking = setTimeout(() => history.replaceState(null, "", `#frame=${numberOf(state.frame)}`), 200);
 }
