@@ -7,6 +7,9 @@ function numberOf(frame) {
   return numbers[frame];
 }
 
+/** Frames of a live page come and go: its address names none. */
+function link() {}
+
 /** Milliseconds between two drawings of the charts, at least, and as a multiple of the time that one takes. */
 const CHARTS = { least: 1000, times: 20 };
 let charted = { at: 0, cost: 0 };
@@ -63,9 +66,6 @@ function drawLast() {
   feed.all += 1;
   feed.age = Date.now() - 1000 * feed.came;
 }
-
-/** Frames of a live page come and go: its address names none. */
-function link() {}
 
 let stop;
 
