@@ -190,7 +190,7 @@ function drawSweep(chart, result, frame) {
     marker: { symbol: "star", size: 14, color: "#D55E00", line: { color: INK.text, width: 1 } }, hovertemplate: `μ_ind %{x:.3g}<extra>winner</extra>`,
   });
   const data = none ? [] : [
-    curve("B<sup>z</sup>", b_z, "y", "#0072B2", "solid"), curve("B<sup>xy</sup>", b_xy, "y2", "#009E73", "dash"),
+    curve("B<sup>z</sup>", b_z, "y", INK.blue, "solid"), curve("B<sup>xy</sup>", b_xy, "y2", "#009E73", "dash"),
     among(b_z, "y", true), among(b_xy, "y2", false), winner(b_z, "y", true), winner(b_xy, "y2", false),
   ];
   const band = { type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y", y0: low, y1: low + result.tolerance / unit.size, layer: "below" };

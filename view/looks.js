@@ -4,12 +4,12 @@
 const INK = {};
 function readInks() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["text", "paper", "faint", "edge", "grid", "veil", "alarm"]) INK[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["text", "paper", "faint", "edge", "grid", "veil", "alarm", "blue"]) INK[name] = style.getPropertyValue(`--${name}`).trim();
 }
 readInks();
 
 const SERIES = [
-  { colour: "#0072B2", dash: "solid" }, { colour: "#D55E00", dash: "dash" }, { colour: "#009E73", dash: "dashdot" },
+  { get colour() { return INK.blue; }, dash: "solid" }, { colour: "#D55E00", dash: "dash" }, { colour: "#009E73", dash: "dashdot" },
   { colour: "#CC79A7", dash: "longdash" }, { colour: "#E69F00", dash: "longdashdot" },
 ];
 const PANEL = 118;
