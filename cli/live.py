@@ -85,9 +85,11 @@ def live(
 
 def _shown(project: Project, source: str, engine: Engine) -> tuple[Feed, str, Callable[[Floats], object]]:
     """The feed of the page for the project's array, the page, and the engine as a function of stress."""
+    from tfra.recordings.frames import front_end
     from tfra.view.page import live_feed, render_live
     from tfra.view.skin_page import live_skin_feed, render_skin_live
 
+    dead = ~front_end(Path(source), project.array.sensor, project.array.adc, project.input, None).alive
     if project.skin:
         skin, contacts = project.skin, skin_estimator(engine, project, project.skin)
 
@@ -95,14 +97,14 @@ def _shown(project: Project, source: str, engine: Engine) -> tuple[Feed, str, Ca
             return contacts(stress if engine in DOUBLE else codes(project, stress, source))
 
         feed = live_skin_feed(source, skin, found)
-        return feed, render_skin_live(feed, engine.value, skin), found
+        return feed, render_skin_live(feed, engine.value, skin, dead), found
     model = estimator(engine, project)
 
     def estimate(stress: Floats) -> Result:
         return model(stress if engine in DOUBLE else codes(project, stress, source))
 
     feed = live_feed(source, engine.value, project.design, estimate, project.design.sweeps)
-    return feed, render_live(feed, engine.value, project.design), estimate
+    return feed, render_live(feed, engine.value, project.design, dead), estimate
 
 
 def _frames(

@@ -10,7 +10,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 from tfra.model.arrays import Floats
-from tfra.paper.picture import Columns, Picture, Text, rounded
+from tfra.paper.picture import STRESS_MAP, Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
@@ -47,12 +47,12 @@ def _draw_stress(setup: Setup, columns: Columns, compression: Floats, traction: 
     norm = TwoSlopeNorm(0, stress.min(), stress.max())
     figure = Figure(figsize=(9.5, 4.0), layout="constrained")
     surface = figure.add_subplot(1, 2, 1, projection="3d")
-    surface.plot_surface(x, y, stress, cmap="PuOr", norm=norm, edgecolor=BLACK, linewidth=0.3)
+    surface.plot_surface(x, y, stress, cmap=STRESS_MAP, norm=norm, edgecolor=BLACK, linewidth=0.3)
     surface.set(xlabel="x / mm", ylabel="y / mm", zlabel="$b_z$ / kPa", xticks=range(0, 40, 10), yticks=range(0, 20, 5))
     surface.view_init(elev=28, azim=-60)
     surface.set_box_aspect((1.6, 1.2, 1.0), zoom=1.1)
     flat = figure.add_subplot(1, 2, 2)
-    image = flat.pcolormesh(x, y, stress, cmap="PuOr", norm=norm, rasterized=True)
+    image = flat.pcolormesh(x, y, stress, cmap=STRESS_MAP, norm=norm, rasterized=True)
     ticks = [*np.arange(20 * np.ceil(stress.min() / 20), 1, 20), stress.max()]
     bar = figure.colorbar(image, ax=flat, location="bottom", ticks=ticks, format="%.3g")
     bar.set_label("$b_z$ / kPa, a scale for each sign")
@@ -65,8 +65,8 @@ def _draw_stress(setup: Setup, columns: Columns, compression: Floats, traction: 
 def _centroids(axes: Axes, compression: Floats, traction: Floats) -> None:
     arrow = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.2}
     axes.annotate("", tuple(compression), tuple(traction), arrowprops=arrow)
-    axes.plot(*traction, "s", color=BLUE, markeredgecolor="white", markersize=8, label="traction centroid")
-    axes.plot(*compression, "o", color=VERMILION, markeredgecolor="white", markersize=8, label="compression centroid")
+    axes.plot(*traction, "s", color=VERMILION, markeredgecolor="white", markersize=8, label="traction centroid")
+    axes.plot(*compression, "o", color=BLUE, markeredgecolor="white", markersize=8, label="compression centroid")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.02), ncols=2)
 
 

@@ -12,7 +12,10 @@ import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+
+from tfra.report.colours import STRESS
 
 STYLE: Any = {
     "font.size": 9,
@@ -26,6 +29,8 @@ STYLE: Any = {
     "svg.hashsalt": "tfra",
     "svg.fonttype": "path",
 }
+
+STRESS_MAP = LinearSegmentedColormap.from_list("stress", STRESS)
 
 Column = npt.NDArray[Any]
 Columns = dict[str, Column]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
-from tfra.paper.picture import Columns, Picture, Text, rounded
+from tfra.paper.picture import STRESS_MAP, Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 
 DIRECTIONS = (0, 30, 60, 90)
@@ -89,7 +89,7 @@ def _draw(setup: Setup, columns: Columns) -> Figure:
     for first in (0, 2):
         names = list(PANELS)[first : first + 2]
         most = max(np.abs(columns[name]).max() for name in names)
-        colors = {"cmap": "PuOr", "vmin": -most} if "q_z_kPa" in names else {"cmap": "Oranges", "vmin": 0}
+        colors = {"cmap": STRESS_MAP, "vmin": -most} if "q_z_kPa" in names else {"cmap": "Greens", "vmin": 0}
         for column, name in enumerate(names, first):
             for row, values in enumerate(columns[name].reshape(shape)):
                 image = _panel(axes[row, column], sensor, values, {**colors, "vmax": most})

@@ -40,7 +40,7 @@ class Recording:
 
     ``seconds``: the times are in s since the first frame; otherwise their unit is unknown.  ``given``: how it was read.
     ``doubts``: warnings about the numbers of its file; None for frames of no file.  ``noise`` of a taxel at rest in Pa,
-    if the tare tells it.
+    if the tare tells it.  ``dead (rows, columns)``: taxels that neighbours stand in for; None: none.
     """
 
     frames: Floats
@@ -49,6 +49,7 @@ class Recording:
     given: Input = PLAIN
     doubts: tuple[str, ...] | None = None
     noise: float | None = None
+    dead: Bools | None = None
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -82,7 +83,8 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
         frames = pascals(file, levels.frames, convert)
         told = (*(levels.doubts or ()), *doubts(levels.frames, rest, adc, given, convert.alive))
         noise = convert.noise(rest) if rest is not None and len(rest) >= FRAMES_OF_NOISE else None
-        return replace(levels, frames=frames, doubts=told, noise=noise)
+        dead = None if convert.alive.all() else ~convert.alive
+        return replace(levels, frames=frames, doubts=told, noise=noise, dead=dead)
     except MemoryError as error:
         raise no_memory(file, error) from None
 

@@ -153,10 +153,11 @@ def _arrays(result: Result) -> dict[str, npt.NDArray[Any]]:
 
 def _source(of: Estimate | SkinEstimate) -> dict[str, npt.NDArray[Any]]:
     """What a result was made of."""
-    time = of.recording.time
+    time, dead = of.recording.time, of.recording.dead
     return {
         "stress": np.ascontiguousarray(of.recording.frames),
         **({} if time is None else {"time": time}),
+        **({} if dead is None else {"dead": dead.astype(np.uint8)}),
         "engine": np.array(of.engine),
         "config": np.array(of.config),
     }

@@ -116,7 +116,8 @@ class Contacts(SkinResult):
         if file:
             check_file(file, ".html", "view", [self.project.path])
         assert self.project.skin
-        shown = RecordedSkin("contacts", self.engine, self.project.skin, self, self.stress, self.recording.time)
+        of = self.recording
+        shown = RecordedSkin("contacts", self.engine, self.project.skin, self, self.stress, of.time, of.dead)
         page = render_skin(shown, chosen_frames(shown, range(len(self.stress))))
         if file:
             write_text(file, page, "view")

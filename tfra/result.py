@@ -154,8 +154,8 @@ class Result(tfra.Result):
     def _recorded(self, name: str) -> Recorded:
         from tfra.view.resultfile import Recorded
 
-        of = self.project
-        return Recorded(name, self.engine, of.design, self, self.stress, self.time, of.design.sweeps)
+        design, of = self.project.design, self.recording
+        return Recorded(name, self.engine, design, self, of.frames, of.time, design.sweeps, of.dead)
 
 
 def _require_frames(call: str, truth: Contact, count: int) -> None:

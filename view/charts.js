@@ -1,49 +1,70 @@
-// Charts: values over the frames with a cursor, and the sweep of a frame.
+// Charts: values and errors over the frames with a cursor, and the sweep of a frame.
 
-const KNOWN = { colour: "#000", dash: "dot" };
+const [known] = references;
+
+/** Errors beside reference values: of a result's value, by the name of that. */
+const ERRORS = {
+  phi: ["phi_error", "φ − φ<sub>ref</sub> / °", "phi_error_deg", (found, frame) => halfTurn(found("phi") - known.values.phi[frame])],
+  mu: ["mu_error", "μ − μ<sub>ref</sub>", "mu_error", (found, frame) => found("mu") - known.values.mu[frame]],
+  f: ["f_error", "|F − F<sub>ref</sub>| / N", "f_error_n", (found, frame) => modulus(...["f_x", "f_y", "f_z"].map((axis) => found(axis) - known.values[axis][frame]))],
+};
+/** Name, title and name in a table of the values over the frames, each with its error behind it. */
 const PANELS = [
-  ["phi", "φ / °"], ["mu", "μ"], ["f", "|F| / N"], ["f_x", "F<sub>x</sub> / N"], ["f_y", "F<sub>y</sub> / N"],
-  ["f_z", "F<sub>z</sub> / N"],
-  ...(judged ? [["uncertainty", "uncertainty, % of |F<sub>z</sub>|"]] : []), ...(tested ? [["residual", "residual / %"]] : []),
-];
+  ["phi", "φ / °", "phi_deg"], ["mu", "μ", "mu"], ["f", "|F| / N", "f_n"], ["f_x", "F<sub>x</sub> / N", "fx_n"],
+  ["f_y", "F<sub>y</sub> / N", "fy_n"], ["f_z", "F<sub>z</sub> / N", "fz_n"],
+  ...(judged ? [["uncertainty", "uncertainty, % of |F<sub>z</sub>|", "uncertainty_percent"]] : []),
+  ...(tested ? [["residual", "residual / %", "residual_percent"]] : []),
+].flatMap((panel) => (known?.values[panel[0]] && ERRORS[panel[0]] ? [panel, ERRORS[panel[0]]] : [panel]));
 const LANE = 26;
 
-/** Values over the frames, with gaps where there is no value or an angle passes through 0. */
-function overFrames(name, value) {
-  const [x, y] = [[], []];
-  for (let frame = 0; frame < COUNT; frame += 1) {
-    const found = value(frame);
-    if (name === "phi" && Math.abs(found - y.at(-1)) > 180) {
-      x.push(xOf(frame));
-      y.push(null);
-    }
-    x.push(xOf(frame));
-    y.push(Number.isFinite(found) ? found : null);
-  }
-  return { x, y };
+/** An angle between -180 and 180. */
+const halfTurn = (angle) => angle - 360 * Math.round(angle / 360);
+
+/** The series over the frames, by name and frame: results, then reference values. */
+const SOURCES = () => [
+  ...results.map((result, n) => ({
+    ...series(n), label: result.label,
+    of: (name, frame, error) => (error ? error((value) => valueOf(result, value, frame), frame) : valueOf(result, name, frame)),
+  })),
+  ...references.map(({ label, values }) => ({ colour: INK.text, dash: "dot", label, of: (name, frame) => values[name]?.[frame] })),
+];
+
+/** The curves of all panels, null where there is no value; angles are unwrapped, and near each other at first. */
+function curves() {
+  return PANELS.flatMap(([name, title, column, error], panel) => {
+    let beside;
+    return SOURCES().map(({ of, ...source }) => {
+      const found = Array.from({ length: COUNT }, (_, frame) => of(name, frame, error) ?? null);
+      const values = found.map((value) => (Number.isFinite(value) ? value : null));
+      const first = values.findIndex((value) => value !== null);
+      const y = name === "phi" ? unwrapped(values, beside?.[first]) : values;
+      beside ??= y;
+      return { ...source, name, title, column, panel, y, empty: first < 0 };
+    }).filter(({ empty }) => !empty);
+  });
 }
 
-/** The series over the frames: results, then reference values. */
-const SOURCES = [
-  ...results.map((result, n) => ({ ...series(n), ...result, of: (name, frame) => valueOf(result, name, frame) })),
-  ...references.map((known) => ({ ...KNOWN, ...known, of: (name, frame) => known.values[name][frame] })),
-];
+/** The curves as rows of a table, under their names. */
+function table() {
+  const found = curves();
+  const rows = Array.from({ length: COUNT }, (_, frame) => [...cellsOf(frame), ...found.map(({ y }) => single(y[frame]))]);
+  return [[...namesOfCells(), ...found.map(({ column, label }) => `${column} ${label}`)], ...rows];
+}
 
 function panelTraces() {
   const named = new Set();
-  return PANELS.flatMap(([name, title], panel) =>
-    SOURCES.filter(({ values }) => values[name]).map(({ colour, dash, label, of }) => {
-      const showlegend = !named.has(label);
-      named.add(label);
-      const hover = `${title.split(" / ")[0]} %{y:.4g}<br>${times ? "%{x:.4g} s" : "frame %{x}"}`;
-      return {
-        ...overFrames(name, (frame) => of(name, frame)), xaxis: "x", yaxis: yaxis(panel), type: "scatter",
-        mode: COUNT > 60 ? "lines" : "lines+markers", name: label, legendgroup: label, showlegend,
-        line: { color: colour, dash, width: 1.6 }, marker: { size: 4, color: colour },
-        hovertemplate: `${hover}<extra>${label}</extra>`, meta: name,
-      };
-    }),
-  );
+  const x = Array.from({ length: COUNT }, (_, frame) => xOf(frame));
+  return curves().map(({ name, title, panel, colour, dash, label, y }) => {
+    const showlegend = !named.has(label);
+    named.add(label);
+    const hover = `${title.split(" / ")[0]} %{y:.4g}<br>${times ? "%{x:.4g} s" : "frame %{x}"}`;
+    return {
+      x, y, xaxis: "x", yaxis: yaxis(panel), type: "scatter",
+      mode: COUNT > 60 ? "lines" : "lines+markers", name: label, legendgroup: label, showlegend,
+      line: { color: colour, dash, width: 1.6 }, marker: { size: 4, color: colour },
+      hovertemplate: `${hover}<extra>${label}</extra>`, meta: name,
+    };
+  });
 }
 
 /** Statuses that have occurred, from top to bottom. */
@@ -91,19 +112,19 @@ function band() {
 const thresholds = [...new Set(results.flatMap(({ threshold }) => threshold ?? []))];
 
 const thresholdLine = (y, panel) => ({
-  type: "line", xref: "paper", x0: 0, x1: 1, yref: yaxis(panel), y0: y, y1: y, line: { color: "#9A2F00", width: 1.5, dash: "dash" },
+  type: "line", xref: "paper", x0: 0, x1: 1, yref: yaxis(panel), y0: y, y1: y, line: { color: INK.alarm, width: 1.5, dash: "dash" },
 });
 
 /** Space above the panels for the legend of a chart of this width. */
 function topOf(width) {
-  const needed = SOURCES.reduce((sum, { label }) => sum + 56 + 7 * label.length, 0);
+  const needed = SOURCES().reduce((sum, { label }) => sum + 56 + 7 * label.length, 0);
   return 12 + 29 * Math.ceil((1.15 * needed) / width);
 }
 
-function panelLayout(width) {
+function panelLayout(width, traces) {
   const foot = lanes.length * LANE;
   const total = PANELS.length * PANEL + foot;
-  const layout = stacked(PANELS, topOf(width), foot);
+  const layout = stacked(PANELS, traces, topOf(width), foot);
   const unsure = PANELS.findIndex(([name]) => name === "uncertainty");
   layout.shapes = band();
   if (unsure >= 0) {
@@ -121,7 +142,8 @@ function panelLayout(width) {
 
 function drawPanels(chart) {
   lanes = given.statuses.filter((status) => lanes.includes(status) || occurs(status.bit));
-  return Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
+  const traces = panelTraces();
+  return Plotly.react(chart, [...traces, ...laneTraces()], panelLayout(chart.clientWidth, traces), config(true));
 }
 
 /** What stands for the sweep of a result without one. */
@@ -160,24 +182,24 @@ function drawSweep(chart, result, frame) {
     const kept = found.mu.map((_, n) => n).filter((n) => found.plateau[n]);
     return {
       x: kept.map((n) => found.mu[n]), y: kept.map((n) => y[n]), yaxis, name: "plateau", legendgroup: "plateau", showlegend, mode: "markers",
-      marker: { size: 5, color: "#E69F00", line: { color: "#111", width: 0.4 } }, hoverinfo: "skip",
+      marker: { size: 5, color: "#E69F00", line: { color: INK.text, width: 0.4 } }, hoverinfo: "skip",
     };
   };
   const winner = (y, yaxis, showlegend) => ({
     x: won.map((n) => found.mu[n]), y: won.map((n) => y[n]), yaxis, name: "winner", legendgroup: "winner", showlegend, mode: "markers",
-    marker: { symbol: "star", size: 14, color: "#D55E00", line: { color: "#111", width: 1 } }, hovertemplate: `μ_ind %{x:.3g}<extra>winner</extra>`,
+    marker: { symbol: "star", size: 14, color: "#D55E00", line: { color: INK.text, width: 1 } }, hovertemplate: `μ_ind %{x:.3g}<extra>winner</extra>`,
   });
   const data = none ? [] : [
-    curve("B<sup>z</sup>", b_z, "y", "#0072B2", "solid"), curve("B<sup>xy</sup>", b_xy, "y2", "#009E73", "dash"),
+    curve("B<sup>z</sup>", b_z, "y", INK.blue, "solid"), curve("B<sup>xy</sup>", b_xy, "y2", "#009E73", "dash"),
     among(b_z, "y", true), among(b_xy, "y2", false), winner(b_z, "y", true), winner(b_xy, "y2", false),
   ];
   const band = { type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y", y0: low, y1: low + result.tolerance / unit.size, layer: "below" };
   Plotly.react(chart, data, {
-    ...LOOKS, height: 340, margin: MARGIN, dragmode: narrow.matches ? false : "zoom",
+    ...looks(), height: 340, margin: MARGIN, dragmode: narrow.matches ? false : "zoom",
     legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
-    xaxis: { ...AXIS, title: { text: "μ<sub>ind</sub>" }, anchor: "y2", range: [found.mu[0] - 0.03, found.mu.at(-1) + 0.03] },
-    yaxis: { ...AXIS, domain: [0.54, 1], title: { text: `B<sup>z</sup> / ${unit.name}` }, nticks: 5 },
-    yaxis2: { ...AXIS, domain: [0, 0.46], title: { text: `B<sup>xy</sup> / ${unit.name}` }, nticks: 5 },
+    xaxis: { ...axis(), title: { text: "μ<sub>ind</sub>" }, anchor: "y2", range: [found.mu[0] - 0.03, found.mu.at(-1) + 0.03] },
+    yaxis: { ...axis(), domain: [0.54, 1], title: { text: `B<sup>z</sup> / ${unit.name}` }, nticks: 5 },
+    yaxis2: { ...axis(), domain: [0, 0.46], title: { text: `B<sup>xy</sup> / ${unit.name}` }, nticks: 5 },
     shapes: none ? [] : [{ ...band, fillcolor: "#E69F00", opacity: 0.3, line: { color: "#E69F00", width: 1 } }],
     annotations: none ? [{ text: `no sweep: ${none}`, x: 0.5, y: 0.77, xref: "paper", yref: "paper", showarrow: false }] : [],
   }, config(false));

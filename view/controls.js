@@ -1,4 +1,4 @@
-// The controls of the frame shown: slider, keys, a click on the chart.  What a page adds: state, play and drawAll.
+// The controls of the frame shown: slider, keys, a click on the chart.  What a page adds: state, play, link and drawAll.
 
 const $ = (id) => document.getElementById(id);
 
@@ -14,6 +14,7 @@ function tellFrame() {
   $("frame").value = state.frame;
   $("frame").setAttribute("aria-valuetext", where);
   document.body.dataset.frame = state.frame;
+  link();
 }
 
 function show(frame) {
@@ -21,10 +22,10 @@ function show(frame) {
   drawAll();
 }
 
-const STEPS = {
-  ArrowLeft: () => state.frame - 1, ArrowRight: () => state.frame + 1, ArrowDown: () => state.frame - 1, ArrowUp: () => state.frame + 1,
-  PageDown: () => state.frame - Math.ceil(COUNT / 20), PageUp: () => state.frame + Math.ceil(COUNT / 20), Home: () => 0, End: () => COUNT - 1,
-};
+/** Frames that a key goes on by; beyond the first and the last there is none. */
+const STEPS = { ArrowLeft: -1, ArrowRight: 1, PageDown: -100, PageUp: 100, ArrowDown: -1, ArrowUp: 1, Home: -Infinity, End: Infinity };
+/** Keys of the page; the others are those of the slider. */
+const ANYWHERE = ["ArrowLeft", "ArrowRight", "PageDown", "PageUp"];
 
 /** Keys of the page, except those that the focused field or scrolling needs. */
 function onKey(event) {
@@ -33,10 +34,10 @@ function onKey(event) {
   if (event.key === " " && !event.target.closest("button, [type=checkbox], summary, a")) {
     event.preventDefault();
     play(!state.playing);
-  } else if (event.key in STEPS && (slider || ["ArrowLeft", "ArrowRight"].includes(event.key))) {
+  } else if (event.key in STEPS && (slider || ANYWHERE.includes(event.key))) {
     event.preventDefault();
     play(false);
-    show(STEPS[event.key]());
+    show(state.frame + STEPS[event.key] * (event.shiftKey && event.key.startsWith("Arrow") ? 100 : 1));
   }
 }
 
@@ -46,8 +47,8 @@ function listenToFrames() {
   $("frame").addEventListener("input", (event) => { play(false); show(Number(event.target.value)); });
 }
 
-/** Draw again when the page gets another width. */
-function listenToWidth() {
+/** Draw again when the page gets another width, or other colours. */
+function listenToLooks() {
   let width = document.body.clientWidth;
   new ResizeObserver(() => {
     if (document.body.clientWidth === width) return;
@@ -55,6 +56,12 @@ function listenToWidth() {
     drawAll();
   }).observe(document.body);
   narrow.addEventListener("change", () => drawPanels($("panels")));
+  dark.addEventListener("change", () => {
+    readInks();
+    drawAll();
+    settle();
+    drawPanels($("panels"));
+  });
 }
 
 /** The chart over the frames has been drawn: its cursor moves, and a click goes to a frame. */

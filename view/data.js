@@ -14,6 +14,7 @@ const unpackResult = (result) => ({
   index: unpack(result.index),
   stress: unpackAll(result.stress),
   forces: result.forces?.map(unpackAll),
+  left: result.left && unpackAll(result.left),
   sweep: result.sweep && unpackAll(result.sweep),
 });
 
@@ -36,20 +37,24 @@ function peakOf(planes, frame) {
   return TOP * largest;
 }
 
-/** The largest tangential resultant of one frame or of all. */
-function peakResultant(frame) {
-  let largest = 0;
-  for (const { values: { f_x: x, f_y: y } } of results) {
-    if (frame !== undefined) largest = Math.max(largest, modulus(x[frame], y[frame]));
-    else for (let n = 0; n < COUNT; n += 1) largest = Math.max(largest, modulus(x[n], y[n]));
+/** The largest tangential and normal resultants of one frame or of all. */
+function peakResultants(frame) {
+  let [resultant, pressing] = [0, 0];
+  const [first, end] = frame === undefined ? [0, COUNT] : [frame, frame + 1];
+  for (const { values: { f_x: x, f_y: y, f_z: z } } of results) {
+    for (let n = first; n < end; n += 1) {
+      resultant = Math.max(resultant, modulus(x[n], y[n]));
+      pressing = Math.max(pressing, Math.abs(z[n]));
+    }
   }
-  return largest;
+  return { resultant, pressing };
 }
 
 /** The largest magnitudes of one frame or of all. */
 const peaksAt = (frame) => ({
-  resultant: peakResultant(frame),
+  ...peakResultants(frame),
   stress: peakOf(results.map(({ stress }) => stress), frame),
+  left: peakOf(results.flatMap(({ left }) => left ?? []), frame),
   tangential: peakOf(results.flatMap(({ forces }) => forces?.slice(0, 2) ?? []), frame),
   normal: peakOf(results.flatMap(({ forces }) => forces?.[2] ?? []), frame),
 });

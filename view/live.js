@@ -7,6 +7,9 @@ function numberOf(frame) {
   return numbers[frame];
 }
 
+/** Frames of a live page come and go: its address names none. */
+function link() {}
+
 /** Milliseconds between two drawings of the charts, at least, and as a multiple of the time that one takes. */
 const CHARTS = { least: 1000, times: 20 };
 let charted = { at: 0, cost: 0 };
@@ -91,6 +94,7 @@ function play(wanted) {
   settle();
 }
 
+$("frame").max = COUNT - 1;
 early.slice(1).forEach(append);
 begin(COUNT - 1).then(() => {
   feed.all += 1;

@@ -1,21 +1,29 @@
 // How charts look, and the cursor over them.
 
+/** The colours of the page's style sheet, which are others in the dark. */
+const INK = {};
+function readInks() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ["text", "paper", "faint", "edge", "grid", "veil", "alarm", "blue"]) INK[name] = style.getPropertyValue(`--${name}`).trim();
+}
+readInks();
+
 const SERIES = [
-  { colour: "#0072B2", dash: "solid" }, { colour: "#D55E00", dash: "dash" }, { colour: "#009E73", dash: "dashdot" },
+  { get colour() { return INK.blue; }, dash: "solid" }, { colour: "#D55E00", dash: "dash" }, { colour: "#009E73", dash: "dashdot" },
   { colour: "#CC79A7", dash: "longdash" }, { colour: "#E69F00", dash: "longdashdot" },
 ];
 const PANEL = 118;
-const AXIS = {
-  gridcolor: "#ddd", linecolor: "#767676", ticks: "outside", tickcolor: "#767676", showline: true,
-  zeroline: false,
-};
-const LOOKS = {
-  font: { family: "system-ui, sans-serif", size: 12, color: "#111" },
-  paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
-  hoverlabel: { bgcolor: "white", bordercolor: "#767676", font: { size: 12, color: "#111" }, align: "left" },
-};
+const axis = () => ({
+  gridcolor: INK.grid, linecolor: INK.edge, ticks: "outside", tickcolor: INK.edge, showline: true, zeroline: false,
+});
+const looks = () => ({
+  font: { family: "system-ui, sans-serif", size: 12, color: INK.text },
+  paper_bgcolor: INK.paper, plot_bgcolor: INK.paper, hovermode: "closest",
+  hoverlabel: { bgcolor: INK.paper, bordercolor: INK.edge, font: { size: 12, color: INK.text }, align: "left" },
+});
 const MARGIN = { l: 58, r: 12, t: 40, b: 50 };
 const narrow = matchMedia("(max-width: 640px)");
+const dark = matchMedia("(prefers-color-scheme: dark)");
 const series = (n) => SERIES[n % SERIES.length];
 
 function config(bar) {
@@ -31,25 +39,46 @@ const yaxis = (panel) => `y${panel ? panel + 1 : ""}`;
 /** A text within a chart, at a share of its height. */
 const inside = (text, y, size) => ({
   text, x: 0, xref: "paper", xanchor: "left", xshift: 4, y, yref: "paper", yanchor: "top", showarrow: false,
-  bgcolor: "rgba(255,255,255,.85)", font: { size, color: "#111" }, borderpad: 1,
+  bgcolor: INK.veil, font: { size, color: INK.text }, borderpad: 1,
 });
 
+/** Angles with whole turns added so that none differs by more than a half from the one before, the first from `near`. */
+function unwrapped(angles, near) {
+  let last = near;
+  return angles.map((angle) => {
+    if (angle === null) return null;
+    last = angle + 360 * Math.round(((last ?? angle) - angle) / 360);
+    return last;
+  });
+}
+
+/** Degrees between the ticks of an axis with these angles: parts of a turn, unless it is a small one. */
+function angleTicks(traces) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const { y } of traces) {
+    for (const angle of y) {
+      if (angle !== null) [low, high] = [Math.min(low, angle), Math.max(high, angle)];
+    }
+  }
+  return high - low > 120 ? { dtick: 90 * Math.ceil((high - low) / 360) } : {};
+}
+
 /** Panels over the frames below each other, each with name and title; space above and below them in pixels. */
-function stacked(panels, above, foot) {
+function stacked(panels, traces, above, foot) {
   const total = panels.length * PANEL + foot;
   const margin = { ...MARGIN, t: above };
   const layout = {
-    ...LOOKS, height: total + margin.t + margin.b, margin, dragmode: narrow.matches ? false : "zoom",
+    ...looks(), height: total + margin.t + margin.b, margin, dragmode: narrow.matches ? false : "zoom",
     legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
-    xaxis: { ...AXIS, title: { text: times ? "time / s" : "frame" }, anchor: yaxis(panels.length - (foot ? 0 : 1)) },
+    xaxis: { ...axis(), title: { text: times ? "time / s" : "frame" }, anchor: yaxis(panels.length - (foot ? 0 : 1)) },
     annotations: panels.map(([, title], panel) => inside(`<b>${title}</b>`, 1 - (panel * PANEL) / total, 12)),
   };
   if (COUNT === 1) layout.xaxis.range = [xOf(0) - 1, xOf(0) + 1];
   panels.forEach(([name], panel) => {
     const top = 1 - (panel * PANEL) / total;
     layout[`yaxis${panel ? panel + 1 : ""}`] = {
-      ...AXIS, domain: [top - (PANEL - 16) / total, top], anchor: "x", nticks: 5,
-      ...(name === "phi" ? { range: [-8, 368], tickvals: [0, 90, 180, 270, 360] } : {}),
+      ...axis(), domain: [top - (PANEL - 16) / total, top], anchor: "x", nticks: 5,
+      ...(name === "phi" ? angleTicks(traces.filter(({ meta }) => meta === "phi")) : {}),
     };
   });
   return layout;

@@ -1,11 +1,11 @@
-// The map of a frame: stress as colours, forces as arrows and circles, the two centroids.
+// The map of a frame: stress or residual as colours, forces as arrows and circles, the two centroids, dead taxels.
 
-// From compression through zero to traction: ColorBrewer's red and blue, which colour-blind readers distinguish.
-const COLOURS = [
-  [5, 48, 97], [33, 102, 172], [67, 147, 195], [146, 197, 222], [209, 229, 240], [247, 247, 247],
-  [253, 219, 199], [244, 165, 130], [214, 96, 77], [178, 24, 43], [103, 0, 31],
-];
-const EDGE = { left: 38, right: 10, top: 10, bottom: 36 };
+/** From compression through zero to tension: red, green and blue. */
+const COLOURS = given.colours.map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
+/** Pixels of the longest number at the axis of y. */
+const LABEL = 7 * Math.max(...Array.from({ length: given.rows }, (_, row) => figures(row * given.pitch[1]).length));
+const EDGE = { left: 26 + LABEL, right: 10, top: 8, bottom: 36 };
+const GREEN = "#00704F";
 const TALLEST = 460;
 
 /** The colour of a share of the peak, -1 to 1. */
@@ -77,9 +77,18 @@ function arrow(pen, [x, y], [dx, dy], width, colour) {
   }, width, colour);
 }
 
+/** A circle whose area is that of one with the radius `most`, times a share; dashed where the share is of a force that pulls. */
+function circle(pen, centre, most, share, width, colour) {
+  const radius = most * Math.sqrt(Math.abs(share));
+  if (!(radius > 0.8)) return;
+  pen.setLineDash(share > 0 ? [3 * width, 2.5 * width] : []);
+  rimmed(pen, () => pen.arc(...centre, radius, 0, 2 * Math.PI), width, colour);
+  pen.setLineDash([]);
+}
+
 function drawAxes(pen, grid) {
   const ticks = (count, room) => Array.from({ length: count }, (_, n) => n).filter((n) => n % Math.ceil(count / room) === 0);
-  pen.fillStyle = "#333";
+  pen.fillStyle = INK.faint;
   pen.textAlign = "center";
   pen.textBaseline = "top";
   for (const column of ticks(given.columns, (grid.across * given.columns) / 34)) {
@@ -94,7 +103,7 @@ function drawAxes(pen, grid) {
     pen.fillText(figures(row * given.pitch[1]), grid.left - 5, y);
   }
   pen.save();
-  pen.translate(grid.left - 32, grid.bottom - (grid.down * given.rows) / 2);
+  pen.translate(grid.left - LABEL - 16, grid.bottom - (grid.down * given.rows) / 2);
   pen.rotate(-Math.PI / 2);
   pen.textAlign = "center";
   pen.fillText("y / mm", 0, 0);
@@ -107,12 +116,7 @@ function drawForces(pen, grid, scene) {
   for (let k = 0; k < TAXELS; k += 1) {
     const centre = grid.at(placeOf(k));
     const [fx, fy, fz] = scene.forces.map((force) => force[k]);
-    if (scene.circles && scene.peaks.normal > 0) {
-      const radius = 0.46 * least * Math.sqrt(Math.abs(fz) / scene.peaks.normal);
-      pen.setLineDash(fz > 0 ? [3, 3] : []);
-      if (radius > 0.8) rimmed(pen, () => pen.arc(...centre, radius, 0, 2 * Math.PI), 0.8 * width);
-      pen.setLineDash([]);
-    }
+    if (scene.circles) circle(pen, centre, 0.46 * least, fz / scene.peaks.normal, 0.8 * width);
     if (scene.arrows && scene.peaks.tangential > 0) {
       const size = (1.6 * least) / scene.peaks.tangential;
       arrow(pen, centre, [size * fx, -size * fy], width);
@@ -120,11 +124,13 @@ function drawForces(pen, grid, scene) {
   }
 }
 
-/** The tangential part of the resultant, from the centroid of compression. */
+/** The resultant at the centroid of compression: an arrow along its tangential part, a circle with the area of F_z. */
 function drawResultant(pen, grid, { c, resultant, peaks }) {
-  if (!c || !peaks.resultant) return;
-  const size = (0.15 * (grid.across * given.columns + grid.down * given.rows)) / peaks.resultant;
-  arrow(pen, grid.at(c), [size * resultant[0], -size * resultant[1]], 4, "#00704F");
+  if (!c) return;
+  const [x, y, z] = resultant;
+  const most = 0.15 * (grid.across * given.columns + grid.down * given.rows);
+  circle(pen, grid.at(c), 0.8 * most, z / peaks.pressing, 2.5, GREEN);
+  if (peaks.resultant > 0) arrow(pen, grid.at(c), [(most * x) / peaks.resultant, (-most * y) / peaks.resultant], 4, GREEN);
 }
 
 function drawCentroids(pen, grid, { c, t, directed }) {
@@ -145,29 +151,55 @@ function drawCentroids(pen, grid, { c, t, directed }) {
   }
 }
 
-/** Draw the stress of a frame, scaled by the peak, in a frame with axes; returns the pen and where the taxels are. */
-function drawStress(canvas, { stress, peak, root }) {
+/** Draw values of the taxels, scaled by the peak, in a frame with axes; returns the pen and where the taxels are. */
+function drawPlane(canvas, { values, peak, root, dead }) {
   const grid = gridOf(canvas.clientWidth);
   const pen = prepared(canvas, grid.height);
+  const whole = [grid.left, EDGE.top, grid.across * given.columns, grid.down * given.rows];
+  pen.fillStyle = colourOf(0);  // no dark page between the taxels
+  pen.fillRect(...whole);
   for (let k = 0; k < TAXELS; k += 1) {
     const [x, y] = grid.at(placeOf(k));
-    pen.fillStyle = colourOf(bent(stress[k] / (peak || 1), root));
+    pen.fillStyle = colourOf(bent(values[k] / (peak || 1), root));
     pen.fillRect(x - grid.across / 2, y - grid.down / 2, grid.across + 0.4, grid.down + 0.4);
   }
-  pen.strokeStyle = "#767676";
-  pen.strokeRect(grid.left, EDGE.top, grid.across * given.columns, grid.down * given.rows);
+  for (const k of dead) drawCross(pen, grid, k);
+  pen.lineWidth = 1;
+  pen.strokeStyle = INK.edge;
+  pen.strokeRect(...whole);
   drawAxes(pen, grid);
   return { pen, grid };
 }
 
-/** Draw one map; the scene has stress and forces of a frame, their peaks, and what is to be shown. */
+/** Draw one map; the scene has stress, residual and forces of a frame, their peaks, and what is to be shown. */
 function drawMap(canvas, scene) {
-  const { pen, grid } = drawStress(canvas, { ...scene, peak: scene.peaks.stress });
+  const { pen, grid } = drawPlane(canvas, { ...scene, values: scene[scene.of] ?? new Float32Array(TAXELS), peak: scene.peaks[scene.of] });
   if (scene.forces) drawForces(pen, grid, scene);
   if (scene.whole) drawResultant(pen, grid, scene);
   if (scene.centroids) drawCentroids(pen, grid, scene);
   const [x, y] = grid.at(placeOf(scene.taxel));
   rimmed(pen, () => pen.rect(x - grid.across / 2 + 1, y - grid.down / 2 + 1, grid.across - 2, grid.down - 2), 1.5);
+}
+
+/** What the legend says of dead taxels. */
+const CROSSED = "×: dead, its neighbours stand in for it";
+
+function drawCross(pen, grid, k) {
+  const [x, y] = grid.at(placeOf(k));
+  const [dx, dy] = [0.3 * grid.across, 0.3 * grid.down];
+  rimmed(pen, () => {
+    for (const side of [1, -1]) {
+      pen.moveTo(x - dx, y - side * dy);
+      pen.lineTo(x + dx, y + side * dy);
+    }
+  }, Math.min(2, Math.max(0.8, grid.across / 12)));
+}
+
+/** Say what the marks of a map mean, a line for each. */
+function drawKey(lines) {
+  const items = $("key").children;
+  while (items.length > lines.length) items[items.length - 1].remove();
+  lines.forEach((text, n) => say(items[n] ?? $("key").appendChild(document.createElement("li")), text));
 }
 
 /** The legend's bar of colours. */

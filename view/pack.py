@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Floats
+from tfra.model.learned.field import residual, unexplained
 from tfra.model.tfra import Tfra
 from tfra.view.resultfile import Recorded, References
 
@@ -74,8 +75,8 @@ class Chosen:
 
 
 def frame_bytes(taxels: int, resultant_alone: bool = False) -> int:
-    """Bytes of a frame: stress and, unless ``resultant_alone``, three forces at every taxel, scales, and values."""
-    planes = 1 if resultant_alone else 4
+    """Bytes of a frame: scales, values, stress and, unless ``resultant_alone``, forces and what they don't explain."""
+    planes = 1 if resultant_alone else 5
     return planes * (2 * taxels + 4) + 9 * 4 + 2 + 1 + 8
 
 
@@ -107,23 +108,34 @@ def scaled(planes: Floats) -> dict[str, Packed]:
 
 
 def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
-    """The chosen frames of a result; ``sweep`` only beside results of TFRA, ``forces`` only if a core gave them."""
+    """The chosen frames of a result; ``sweep`` only beside results of TFRA, ``forces`` only if a core gave them.
+
+    ``left`` is the stress that the forces leave unexplained under the elastic layer, ``residual`` its share in percent.
+    Under a half-space TFRA explains every frame, but for the factor of Eq. 31.
+    """
     shown, found = slice(chosen.shown.start, chosen.shown.stop, chosen.shown.step), recorded.found
     stress = recorded.stress[shown]
-    count = len(stress)
-    forces = found.forces[shown].reshape(count, 3, -1).swapaxes(0, 1)
+    flat = stress.reshape(len(stress), -1)
+    planes: dict[str, Any] = {"stress": scaled(flat)}
     values = {"phi": found.phi_deg, "mu": found.mu, "mu_x": found.mu_x, "mu_y": found.mu_y}
     values |= dict(zip(("f_x", "f_y", "f_z"), found.resultant.T, strict=True))
     if (share := found.uncertainty_share) is not None:
         values["uncertainty"] = 100 * share  # in percent of |F_z|
     if found.residual is not None:
-        values["residual"] = 100 * found.residual  # in percent
+        values["residual"] = 100 * found.residual
+    values = {key: value[shown] for key, value in values.items()}
+    if not found.resultant_alone:
+        forces = found.forces[shown].reshape(len(stress), 3, -1)
+        sensor = recorded.design.sensor
+        left = scaled(unexplained(sensor, flat, forces))
+        planes |= {"forces": [scaled(axis) for axis in forces.swapaxes(0, 1)], "left": left}
+        if found.residual is None:
+            values["residual"] = 100 * residual(sensor, flat, forces)
     return {
-        "values": {key: packed(value[shown], "float32") for key, value in values.items()},
+        "values": {key: packed(value, "float32") for key, value in values.items()},
         "status": packed(found.status[shown], "uint8"),
         "index": packed(found.sweep_index[shown], "int16"),
-        "stress": scaled(stress.reshape(count, -1)),
-        **({} if found.resultant_alone else {"forces": [scaled(axis) for axis in forces]}),
+        **planes,
         **({} if found.threshold is None else {"threshold": 100 * found.threshold}),
         **({"sweep": _sweep(recorded, stress[:: chosen.sweeps])} if recorded.swept else {}),
     }

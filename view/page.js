@@ -15,11 +15,14 @@ const peaksOf = (frame) => ($("over").value === "all" ? PEAKS : peaksAt(frame));
 function sceneOf(result, frame) {
   const stress = plane(result.stress, frame);
   const regular = !has(result, frame, given.bits.withoutForce);
+  const { f_x: x, f_y: y, f_z: z } = result.values;
   return {
     stress,
+    left: result.left && plane(result.left, frame),
+    dead: result.dead,
     forces: result.forces?.map((force) => plane(force, frame)),
-    resultant: regular ? [result.values.f_x[frame], result.values.f_y[frame]] : undefined,
-    c: regular ? centroid(stress, -1) : undefined,
+    resultant: [x[frame], y[frame], z[frame]],
+    c: has(result, frame, given.bits.noContact) ? undefined : centroid(stress, -1),
     t: regular ? centroid(stress, 1) : undefined,
     directed: Boolean(result.sweep),
     implausible: has(result, frame, given.bits.implausible),
@@ -27,15 +30,20 @@ function sceneOf(result, frame) {
 }
 
 function drawLegend(peaks) {
-  const root = $("scale").value === "root";
-  drawTicks(peaks.stress, root);
+  const of = $("of").value;
+  drawTicks(peaks[of], $("scale").value === "root");
+  say($("coloured"), of === "stress" ? "stress" : "residual");
   const legend = [];
-  const unit = unitFor(PEAKS.resultant, "N");
-  if (checked("resultant")) legend.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
+  const unit = unitFor(Math.max(PEAKS.resultant, PEAKS.pressing), "N");
+  if (checked("resultant")) {
+    legend.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
+    legend.push(`area of the green circle: |F_z| of the resultant, largest ${unit.of(peaks.pressing)} ${unit.name}; dashed: pulls`);
+  }
   if (distributed && checked("arrows")) legend.push(`longest small arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
   if (distributed && checked("circles")) legend.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
   if (checked("centroids")) legend.push(`c, t: centroids of compression and traction${swept ? "; TFRA finds φ as the direction from t to c" : ""}`);
-  say($("key"), legend.join(" · "));
+  if (results.some(({ dead }) => dead.length)) legend.push(CROSSED);
+  drawKey(legend);
 }
 
 const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join(", ") : "–");
@@ -58,6 +66,7 @@ const ROWS = {
   t: (_, __, scene) => pair(scene.t),
   status: (result, frame) => given.statuses.filter(({ bit }) => has(result, frame, bit)).map(({ words }) => words).join(", ") || "contact",
   "taxel-stress": (_, __, scene) => STRESS.of(scene.stress[state.taxel]),
+  "taxel-left": (_, __, scene) => STRESS.of(scene.left?.[state.taxel]),
   "taxel-x": (_, __, scene) => FORCE.of(scene.forces?.[0][state.taxel]),
   "taxel-y": (_, __, scene) => FORCE.of(scene.forces?.[1][state.taxel]),
   "taxel-z": (_, __, scene) => FORCE.of(scene.forces?.[2][state.taxel]),
@@ -84,15 +93,15 @@ function drawNumbers(frame, scenes) {
 function drawMaps(frame, scenes) {
   const peaks = peaksOf(frame);
   const chosen = { whole: checked("resultant"), arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
-  const looks = { ...chosen, root: $("scale").value === "root", peaks, taxel: state.taxel };
+  const shown = { ...chosen, of: $("of").value, root: $("scale").value === "root", peaks, taxel: state.taxel };
   maps.forEach((map, n) => {
-    drawMap(map, { ...scenes[n], ...looks });
+    drawMap(map, { ...scenes[n], ...shown });
     map.parentElement.classList.toggle("flagged", scenes[n].implausible);
     const told = ["phi", "mu", "f"].map((name) => ROWS[name](results[n], frame));
-    const label = `Map of the stress under ${results[n].label}, frame ${numberOf(frame)}`;
+    const label = `Map of the ${shown.of === "stress" ? "stress" : "residual"} under ${results[n].label}, frame ${numberOf(frame)}`;
     map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N${scenes[n].implausible ? ", implausible" : ""}; the table This frame has all numbers`);
   });
-  drawHeights(frame, scenes, peaks, looks.root);
+  drawHeights(frame, scenes, peaks, shown.root);
   if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
   drawLegend(peaks);
 }
@@ -136,7 +145,7 @@ function pick(taxel) {
 
 function listen() {
   listenToFrames();
-  for (const id of ["resultant", "arrows", "circles", "centroids", "over", "scale", "detail", "height"]) $(id).addEventListener("change", drawAll);
+  for (const id of ["resultant", "arrows", "circles", "centroids", "of", "over", "scale", "detail", "height"]) $(id).addEventListener("change", drawAll);
   for (const map of maps) {
     for (const kind of ["pointermove", "pointerdown"]) {
       map.addEventListener(kind, ({ offsetX, offsetY }) => pick(gridOf(map.clientWidth).taxelAt(offsetX, offsetY)));
@@ -161,7 +170,8 @@ function listen() {
       drawAll();
     });
   }
-  listenToWidth();
+  listenToSaving();
+  listenToLooks();
 }
 
 function strongest(frame) {
@@ -171,8 +181,8 @@ function strongest(frame) {
 
 /** What is shown only if a result has it. */
 const PARTS = {
-  "#swept": swept, "[data-row=residual]": tested, "[data-row=uncertainty], #judged, #shaded": judged, "#alone": results.some(({ forces }) => !forces),
-  "label:has(#arrows), label:has(#circles), [data-row=taxel-x], [data-row=taxel-y], [data-row=taxel-z]": distributed,
+  "#swept": swept, "#explained, [data-row=residual]": tested, "[data-row=uncertainty], #judged, #shaded": judged, "#alone": results.some(({ forces }) => !forces),
+  "label:has(#of), label:has(#arrows), label:has(#circles), [data-row=taxel-left], [data-row=taxel-x], [data-row=taxel-y], [data-row=taxel-z]": distributed,
 };
 
 function hideMissing() {

@@ -1,16 +1,20 @@
 """The page of results: one self-contained file, whose script shows any of its frames."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from enum import IntFlag
 from html import escape
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 from plotly.offline import get_plotlyjs
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Bools, Floats
 from tfra.model.fixed.design import Design
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
 from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, status_label
+from tfra.report.colours import STRESS
 from tfra.report.html import data_script, document, text, wide
 from tfra.runtime.errors import InputError
 from tfra.view.feed import SECONDS, Feed
@@ -30,7 +34,10 @@ TITLE = "Contact forces"
 
 LIVE_TITLE = "Contact forces, live"
 
-_DRAWING = ("numbers.js", "data.js", "map.js", "surface.js", "looks.js", "charts.js", "controls.js", "page.js")
+_DRAWING = (
+    *("numbers.js", "data.js", "map.js", "surface.js", "looks.js"),
+    *("charts.js", "controls.js", "saved.js", "page.js"),
+)
 """Scripts that draw any page and handle its controls."""
 
 _SPEEDS = (1, 5, 10, 25, 50, 100, 250, 1000)
@@ -55,6 +62,7 @@ _ROWS = {
 
 _TAXEL_ROWS = {
     "taxel-stress": "stress / <span data-unit=stress></span>",
+    "taxel-left": "residual / <span data-unit=stress></span>",
     **{f"taxel-{axis}": f"f<sub>{axis}</sub> / <span data-unit=force></span>" for axis in "xyz"},
 }
 
@@ -64,19 +72,21 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
     labels = _labels(results, known)
     named, true = labels[: len(results)], labels[len(results) :]
     data = {
-        **_described(results[0].design),
+        **described(results[0].design.sensor, Status),
         "start": chosen.shown.start,
         "step": chosen.shown.step,
         "sweeps": chosen.sweeps,
         "time": times(list(results), chosen),
         "results": [
-            _searched(one.design, label) | result(one, chosen) for one, label in zip(results, named, strict=True)
+            _searched(one.design, label, one.dead) | result(one, chosen)
+            for one, label in zip(results, named, strict=True)
         ],
         "references": [
             {"label": label, "values": references(one, chosen)} for one, label in zip(known, true, strict=True)
         ],
     }
     content = {
+        "STATE": "",
         "SUMMARY": "\n".join(_summary(results, named, chosen)),
         "CONTROLS": controls(len(chosen.shown)),
     }
@@ -97,19 +107,18 @@ def live_feed(
     return Feed(source, packed, frame_bytes(design.sensor.taxels) + swept * sweep_bytes(design.search.steps))
 
 
-def render_live(feed: Feed, engine: str, design: Design) -> str:
-    """The live page of ``feed``, which requests frames from its server."""
+def render_live(feed: Feed, engine: str, design: Design, dead: Bools | None = None) -> str:
+    """The live page of ``feed``, which requests frames from its server; ``dead`` as for ``Recorded``."""
     label = f"{feed.source} ({engine})"
     data = {
-        **_described(design),
+        **described(design.sensor, Status),
         "sweeps": 1,
         "seconds": SECONDS,
         "most": feed.most,
-        "results": [_searched(design, label)],
+        "results": [_searched(design, label, dead)],
         "references": [],
     }
-    summary = resource("live.html").replace("<!--SENSOR-->", escape(describe(design.sensor)))
-    body = _filled(design, [label], [], {"SUMMARY": summary, "CONTROLS": controls()})
+    body = _filled(design, [label], [], live_parts(f"{describe(design.sensor)}.") | {"CONTROLS": controls()})
     parts = [body, *scripts(data, "(async () =>", ("arrays.js", "feed.js", *_DRAWING, "live.js"))]
     return document(LIVE_TITLE, parts, resource("page.css") + resource("live.css"))
 
@@ -138,15 +147,25 @@ def legend() -> str:
     return filled("legend.html", {"TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS)})
 
 
-def _described(design: Design) -> dict[str, Any]:
-    """Data for the scripts of any page."""
-    sensor = design.sensor
+def live_parts(sensor: str) -> dict[str, str]:
+    """What a live page has around its frames: their state, and counts beside the ``sensor``."""
+    return {"STATE": resource("live.html"), "SUMMARY": filled("counts.html", {"SENSOR": escape(sensor)})}
+
+
+def places(dead: Bools | None) -> list[int]:
+    """The taxels that are dead, counted along rows."""
+    return [] if dead is None else [int(taxel) for taxel in np.flatnonzero(dead)]
+
+
+def described(sensor: SensorArray, flags: Iterable[IntFlag]) -> dict[str, Any]:
+    """Data for the scripts of any page; ``flags`` are the bits of a status."""
     return {
+        "colours": STRESS,
         "rows": sensor.rows,
         "columns": sensor.columns,
         "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
         "resultantAlone": RESULTANT_ALONE,
-        "statuses": [{"bit": int(flag), "words": status_label(flag)} for flag in Status],
+        "statuses": [{"bit": int(flag), "words": status_label(flag)} for flag in flags],
         "bits": {
             "noContact": int(Status.NO_CONTACT),
             "noDirection": int(Status.NO_DIRECTION),
@@ -156,10 +175,11 @@ def _described(design: Design) -> dict[str, Any]:
     }
 
 
-def _searched(design: Design, label: str) -> dict[str, Any]:
+def _searched(design: Design, label: str, dead: Bools | None) -> dict[str, Any]:
     """Data for the scripts about a result, without its frames."""
     search = design.search
-    return {"label": label, "steps": search.steps, "tolerance": search.tolerance * design.adc.lsb}
+    tolerance = search.tolerance * design.adc.lsb
+    return {"label": label, "steps": search.steps, "tolerance": tolerance, "dead": places(dead)}
 
 
 def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dict[str, str]) -> str:
@@ -172,6 +192,7 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
             for n, label in enumerate(named)
         ),
         "LEGEND": legend(),
+        "CURVES": resource("curves.html"),
         "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
         "NUMBERS-CLASS": "numbers many" if len(labels) > BESIDE else "numbers",
         "NUMBERS": _numbers(labels, _ROWS, "This frame"),
@@ -206,7 +227,7 @@ def _labels(results: Sequence[Recorded], known: Sequence[References]) -> list[st
 
 def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen) -> Iterator[str]:
     summaries = [facts(one.stress, one.found) for one in results]
-    yield f'<p class="note">{escape(describe(results[0].design.sensor))}. {escape(str(chosen))}</p>'
+    yield f'<h2>Summary</h2><p class="note">{escape(describe(results[0].design.sensor))}. {escape(str(chosen))}</p>'
     rows = {
         "engine": [one.engine for one in results],
         "frames": [f"{fact.frames:,}" for fact in summaries],

@@ -20,10 +20,26 @@ function play(wanted) {
   requestAnimationFrame(tick);
 }
 
+/** The frame that the address names, or the one before it on the page; undefined without any. */
+function linked() {
+  const wanted = /^#frame=(\d+)$/.exec(location.hash)?.[1];
+  return wanted && Math.min(COUNT - 1, Math.max(0, Math.floor((Number(wanted) - given.start) / given.step)));
+}
+
+let linking = 0;
+
+/** Name the frame in the address when it has been shown for a moment: browsers refuse hundreds of changes. */
+function link() {
+  if (location.protocol === "about:") return;  // within a notebook, which has the address
+  clearTimeout(linking);
+  linking = setTimeout(() => history.replaceState(null, "", `#frame=${numberOf(state.frame)}`), 200);
+}
+
 /** The frame of the largest stress, shown first. */
 function first() {
   const { scale } = results[0].stress;
   return scale.reduce((best, value, frame) => (value > scale[best] ? frame : best), 0);
 }
 
-begin(first());
+addEventListener("hashchange", () => { play(false); show(linked() ?? state.frame); });
+begin(linked() ?? first());

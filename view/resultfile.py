@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.codegen.config.read import Project, load_tfra
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Bools, Floats
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
@@ -36,7 +36,8 @@ class Recorded:
     """A result as ``tfra estimate`` wrote it.
 
     ``stress (n, rows, columns)`` is what its engine saw, in Pa, compression negative; ``time (n,)`` in seconds, where
-    the recording has it.  ``swept``: CONFIG's estimator is TFRA, whose sweep is shown beside the result.
+    the recording has it.  ``swept``: CONFIG's estimator is TFRA, whose sweep is shown beside the result.  ``dead (rows,
+    columns)``: taxels that neighbours stood in for; None: none.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Recorded:
     stress: Floats
     time: Floats | None
     swept: bool = True
+    dead: Bools | None = None
 
 
 @dataclass(frozen=True)
@@ -106,9 +108,9 @@ def _result(path: Path) -> Recorded:
     with archive(path) as found:
         engine, project = source(found)
         design = project.design
-        stress, time = frames_of(found, design.sensor)
+        stress, time, dead = frames_of(found, design.sensor)
         result = windows(found, len(stress), design, _BITS)
-    return Recorded(path.name, engine, design, result, stress, time, result.uncertainty is None)
+    return Recorded(path.name, engine, design, result, stress, time, result.uncertainty is None, dead)
 
 
 def source(found: Archive) -> tuple[str, Project]:
@@ -120,12 +122,14 @@ def source(found: Archive) -> tuple[str, Project]:
     return engine, _project(found.file, config)
 
 
-def frames_of(found: Archive, sensor: SensorArray) -> tuple[Floats, Floats | None]:
-    """The stress of a result's frames, at least one, and their times where they are known."""
+def frames_of(found: Archive, sensor: SensorArray) -> tuple[Floats, Floats | None, Bools | None]:
+    """The stress of a result's frames, at least one, their times where they are known, and the dead taxels, if any."""
     stress = numbers(found, "stress", (None, sensor.rows, sensor.columns))
     if not len(stress):
         raise InputError(found.file, "stress", "at least one frame is needed, got none")
-    return stress, numbers(found, "time", (len(stress),)) if "time" in found.keys else None
+    shapes = {"time": (len(stress),), "dead": stress.shape[1:]}
+    time, dead = (numbers(found, key, shape) if key in found.keys else None for key, shape in shapes.items())
+    return stress, time, None if dead is None else dead != 0
 
 
 def windows(found: Archive, count: int, design: Design, bits: int) -> Result:

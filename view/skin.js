@@ -32,14 +32,15 @@ let [PEAKS, STRESS] = [];
 
 /** The largest magnitudes of these frames. */
 function peaksOf(first, end) {
-  let [stress, force] = [0, 0];
+  let [stress, force, pressing] = [0, 0, 0];
   for (let frame = first; frame < end; frame += 1) {
     stress = Math.max(stress, TOP * skin.stress.scale[frame]);
     for (let at = frame * given.slots; at < frame * given.slots + skin.found[frame]; at += 1) {
       force = Math.max(force, modulus(skin.values.f_x[at], skin.values.f_y[at]));
+      pressing = Math.max(pressing, Math.abs(skin.values.f_z[at]));
     }
   }
-  return { stress, force };
+  return { stress, force, pressing };
 }
 
 function measure() {
@@ -59,7 +60,7 @@ function windowOf(grid, { top, left }) {
   return [x, y, columns * grid.across, rows * grid.down];
 }
 
-function drawContact(pen, grid, contact, peak) {
+function drawContact(pen, grid, contact, peaks) {
   const [x, y] = grid.at([contact.x, contact.y]);
   const colour = colourOfTrack(contact.track);
   const chosen = contact.track === state.chosen;
@@ -68,8 +69,10 @@ function drawContact(pen, grid, contact, peak) {
     rimmed(pen, () => pen.rect(...windowOf(grid, contact)), chosen ? 2 : 1, colour);
     pen.setLineDash([]);
   }
-  if (checked("arrows") && peak > 0 && tells("mu", contact.status)) {
-    const size = (0.15 * (grid.across * given.columns + grid.down * given.rows)) / peak;
+  const most = 0.15 * (grid.across * given.columns + grid.down * given.rows);
+  if (checked("circles")) circle(pen, [x, y], 0.5 * most, contact.f_z / peaks.pressing, 1.5, colour);
+  if (checked("arrows") && peaks.force > 0 && tells("mu", contact.status)) {
+    const size = most / peaks.force;
     arrow(pen, [x, y], [size * contact.f_x, -size * contact.f_y], 3.5, colour);
   }
   rimmed(pen, () => pen.arc(x, y, 9, 0, 2 * Math.PI), implausible(contact) ? 4 : 2, implausible(contact) ? "#9A2F00" : colour);
@@ -83,14 +86,17 @@ function drawContact(pen, grid, contact, peak) {
 
 function drawSkin(contacts, peaks) {
   const root = $("scale").value === "root";
-  const { pen, grid } = drawStress($("map"), { stress: plane(skin.stress, state.frame), peak: peaks.stress, root });
-  contacts.toReversed().forEach((contact) => drawContact(pen, grid, contact, peaks.force));
+  const { pen, grid } = drawPlane($("map"), { values: plane(skin.stress, state.frame), peak: peaks.stress, root, dead: skin.dead });
+  contacts.toReversed().forEach((contact) => drawContact(pen, grid, contact, peaks));
   const told = contacts.map(({ track, f }) => `${track} with ${figures(f)} N`).join(", ");
   $("map").setAttribute("aria-label", `Map of the stress, frame ${numberOf(state.frame)}; contacts: ${told || "none"}`);
   drawTicks(peaks.stress, root);
-  const unit = unitFor(PEAKS.force, "N");
-  const longest = checked("arrows") ? `arrows: tangential forces, longest ${unit.of(peaks.force)} ${unit.name} · ` : "";
-  say($("key"), `${longest}circles: centroids of the regions, red where the force is implausible`);
+  const unit = unitFor(Math.max(PEAKS.force, PEAKS.pressing), "N");
+  drawKey([
+    ...(checked("arrows") ? [`arrows: tangential forces, longest ${unit.of(peaks.force)} ${unit.name}`] : []),
+    ...(checked("circles") ? [`area of a large circle: |F_z|, largest ${unit.of(peaks.pressing)} ${unit.name}; dashed: pulls`] : []),
+    "numbers: centroids of the regions, red where the force is implausible", ...(skin.dead.length ? [CROSSED] : []),
+  ]);
 }
 
 /** Columns of the table: name, head, and the text of a contact's cell. */
@@ -153,11 +159,12 @@ function pick(taxel) {
 
 function listen() {
   listenToFrames();
-  for (const id of ["arrows", "windows", "over", "scale"]) $(id).addEventListener("change", drawAll);
+  for (const id of ["arrows", "circles", "windows", "over", "scale"]) $(id).addEventListener("change", drawAll);
   for (const kind of ["pointermove", "pointerdown"]) {
     $("map").addEventListener(kind, ({ offsetX, offsetY }) => pick(gridOf($("map").clientWidth).taxelAt(offsetX, offsetY)));
   }
-  listenToWidth();
+  listenToSaving();
+  listenToLooks();
 }
 
 /** Show `frame`, and start to listen to events. */

@@ -15,15 +15,16 @@ function linesOf(name, panel, colour) {
   }
   const [x, y, text] = [[], [], []];
   for (const [track, points] of lines) {
-    points.forEach(([frame, value], n) => {
-      const before = points[n - 1] ?? [-1, null];
-      if (before[0] !== frame - 1 || (name === "phi" && Math.abs(value - before[1]) > 180)) {
+    const values = points.map(([, value]) => value);
+    const drawn = name === "phi" ? unwrapped(values) : values;
+    points.forEach(([frame], n) => {
+      if (points[n - 1]?.[0] !== frame - 1) {
         x.push(xOf(frame));
         y.push(null);
         text.push("");
       }
       x.push(xOf(frame));
-      y.push(value);
+      y.push(drawn[n]);
       text.push(`contact ${track}`);
     });
   }
@@ -38,7 +39,7 @@ function linesOf(name, panel, colour) {
 /** How many contacts there are, and how many more were dropped. */
 function countLines() {
   const x = Array.from({ length: COUNT }, (_, frame) => xOf(frame));
-  return [["found", "solid", "#111"], ["dropped", "dash", "#9A2F00"]].map(([name, dash, color]) => ({
+  return [["found", "solid", INK.text], ["dropped", "dash", INK.alarm]].map(([name, dash, color]) => ({
     x, y: Array.from(skin[name]), xaxis: "x", yaxis: yaxis(PANELS.length - 1), type: "scatter", mode: "lines", showlegend: false,
     line: { color, dash, width: 1.6, shape: "hvh" }, meta: name, hovertemplate: `%{y} ${name}<extra></extra>`,
   }));
@@ -46,5 +47,20 @@ function countLines() {
 
 function drawPanels(chart) {
   const named = PANELS.slice(0, -1).flatMap(([name], panel) => SERIES.map((_, colour) => linesOf(name, panel, colour)));
-  return Plotly.react(chart, [...named, ...countLines()], stacked(PANELS, 12, 0), config(true));
+  return Plotly.react(chart, [...named, ...countLines()], stacked(PANELS, named, 12, 0), config(true));
+}
+
+/** Columns of the table of contacts, by the names of their values. */
+const SAVED = {
+  track: "track", x: "x_mm", y: "y_mm", f: "f_n", f_x: "fx_n", f_y: "fy_n", f_z: "fz_n", mu: "mu", phi: "phi_deg",
+};
+
+/** A row for each contact of each frame, under the names of its cells. */
+function table() {
+  const rows = Array.from({ length: COUNT }, (_, frame) =>
+    contactsAt(frame).map((contact) => [
+      ...cellsOf(frame), ...Object.keys(SAVED).map((name) => (tells(name, contact.status) ? single(contact[name]) : null)),
+    ]),
+  );
+  return [[...namesOfCells(), ...Object.values(SAVED)], ...rows.flat()];
 }

@@ -9,22 +9,32 @@ from typing import Any
 
 import numpy as np
 
-from tfra.model.arrays import Floats, Ints
+from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.skin.finding import Mark
 from tfra.model.skin.result import SkinResult
 from tfra.model.skin.skin import Skin
 from tfra.model.skin.tracking import Tracker
 from tfra.model.tfra import Status
-from tfra.recordings.facts import WITHOUT_FORCE, status_label
 from tfra.recordings.skin_facts import skin_facts, skin_lines
 from tfra.report.html import document
 from tfra.view.feed import SECONDS, Feed
 from tfra.view.pack import Chosen, packed, scaled
-from tfra.view.page import LIVE_TITLE, TITLE, controls, filled, legend, resource, scripts
+from tfra.view.page import (
+    LIVE_TITLE,
+    TITLE,
+    controls,
+    described,
+    filled,
+    legend,
+    live_parts,
+    places,
+    resource,
+    scripts,
+)
 from tfra.view.resultfile import describe
 from tfra.view.skinfile import RecordedSkin
 
-_DRAWING = ("numbers.js", "map.js", "looks.js", "controls.js", "skin.js", "skin_charts.js")
+_DRAWING = ("numbers.js", "map.js", "looks.js", "controls.js", "saved.js", "skin.js", "skin_charts.js")
 """Scripts that draw any page of a skin and handle its controls."""
 
 _VALUES = 13
@@ -53,12 +63,17 @@ def render_skin(recorded: RecordedSkin, chosen: Chosen) -> str:
         "step": chosen.shown.step,
         "time": None if recorded.time is None else packed(recorded.time[shown], "float64"),
         "results": [
-            {"label": label, **contacts(recorded.found, recorded.found.tracks(), recorded.stress, slots, shown)}
+            {
+                "label": label,
+                "dead": places(recorded.dead),
+                **contacts(recorded.found, recorded.found.tracks(), recorded.stress, slots, shown),
+            }
         ],
     }
     notes = "".join(f"<li>{escape(line)}</li>" for line in skin_lines(skin_facts(recorded.found)))
-    summary = f'<p class="note">{_sentence(recorded.skin)} {escape(str(chosen))}</p><ul class="note">{notes}</ul>'
-    body = _body(label, {"SUMMARY": summary, "CONTROLS": controls(len(chosen.shown))})
+    summary = f'<h2>Summary</h2><p class="note">{escape(_sentence(recorded.skin))} {escape(str(chosen))}</p>'
+    summary += f'<ul class="note">{notes}</ul>'
+    body = _body(label, {"STATE": "", "SUMMARY": summary, "CONTROLS": controls(len(chosen.shown))})
     parts = [body, *scripts(data, "(() =>", ("arrays.js", "given.js", *_DRAWING, "recorded.js"))]
     return document(TITLE, parts, resource("page.css"))
 
@@ -76,17 +91,16 @@ def live_skin_feed(source: str, skin: Skin, estimate: Callable[[Floats], SkinRes
     return Feed(source, result, frame_bytes(skin, slots))
 
 
-def render_skin_live(feed: Feed, engine: str, skin: Skin) -> str:
-    """The live page of ``feed``, which requests frames from its server."""
+def render_skin_live(feed: Feed, engine: str, skin: Skin, dead: Bools | None = None) -> str:
+    """The live page of ``feed``, which requests frames from its server; ``dead`` as for ``RecordedSkin``."""
     label = f"{feed.source} ({engine})"
     data = {
         **_described(skin, skin.choices.most),
         "seconds": SECONDS,
         "most": feed.most,
-        "results": [{"label": label}],
+        "results": [{"label": label, "dead": places(dead)}],
     }
-    summary = resource("live.html").replace("<!--SENSOR-->.", _sentence(skin))
-    body = _body(label, {"SUMMARY": summary, "CONTROLS": controls()})
+    body = _body(label, live_parts(_sentence(skin)) | {"CONTROLS": controls()})
     parts = [body, *scripts(data, "(async () =>", ("arrays.js", "feed.js", *_DRAWING, "live.js"))]
     return document(LIVE_TITLE, parts, resource("page.css") + resource("live.css"))
 
@@ -127,27 +141,14 @@ def _slots(found: SkinResult) -> int:
 
 def _described(skin: Skin, slots: int) -> dict[str, Any]:
     """Data for the scripts of any page of a skin."""
-    sensor = skin.sensor
-    return {
-        "rows": sensor.rows,
-        "columns": sensor.columns,
-        "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
-        "window": list(skin.shape),
-        "slots": slots,
-        "statuses": [{"bit": int(flag), "words": status_label(flag)} for flag in (*Mark, *Status)],
-        "bits": {
-            "noDirection": int(Status.NO_DIRECTION),
-            "implausible": int(Status.IMPLAUSIBLE),
-            "withoutForce": sum(int(flag) for flag in WITHOUT_FORCE),
-        },
-    }
+    return {**described(skin.sensor, (*Mark, *Status)), "window": list(skin.shape), "slots": slots}
 
 
 def _sentence(skin: Skin) -> str:
     rows, columns = skin.shape
     windows = f"a window of {rows}×{columns} taxels for each of up to {skin.choices.most} contacts"
-    return escape(f"{describe(skin.sensor)}; {windows}.")
+    return f"{describe(skin.sensor)}; {windows}."
 
 
 def _body(label: str, parts: dict[str, str]) -> str:
-    return filled("skin.html", {**parts, "LABEL": escape(label), "LEGEND": legend()})
+    return filled("skin.html", {**parts, "LABEL": escape(label), "LEGEND": legend(), "CURVES": resource("curves.html")})

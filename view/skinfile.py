@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Bools, Floats
 from tfra.model.skin.finding import Mark
 from tfra.model.skin.result import SkinResult
 from tfra.model.skin.skin import Skin
@@ -28,7 +28,7 @@ class RecordedSkin:
     """A result of a skin as ``tfra estimate`` wrote it.
 
     ``stress (n, rows, columns)`` is what its engine saw, in Pa, compression negative; ``time (n,)`` in seconds, where
-    the recording has it.
+    the recording has it; ``dead (rows, columns)``: taxels that neighbours stood in for; None: none.
     """
 
     name: str
@@ -37,6 +37,7 @@ class RecordedSkin:
     found: SkinResult
     stress: Floats
     time: Floats | None
+    dead: Bools | None = None
 
 
 def is_of_skin(path: Path) -> bool:
@@ -52,8 +53,8 @@ def read_skin(path: Path) -> RecordedSkin:
         skin = project.skin
         if skin is None:
             raise InputError(path, "config", "has no section window, which the CONFIG of a skin's result has")
-        stress, time = frames_of(found, skin.sensor)
-        return RecordedSkin(path.name, engine, skin, _contacts(found, skin, len(stress)), stress, time)
+        stress, time, dead = frames_of(found, skin.sensor)
+        return RecordedSkin(path.name, engine, skin, _contacts(found, skin, len(stress)), stress, time, dead)
 
 
 def _contacts(found: Archive, skin: Skin, count: int) -> SkinResult:

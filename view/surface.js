@@ -40,8 +40,8 @@ function quadsOf(corners) {
 function drawFloor(pen, camera, ends) {
   const [x, y] = ends;
   const corners = [[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]].map(camera);
-  corners.forEach((corner, n) => line(pen, corner, corners[(n + 1) % 4], "#999"));
-  pen.fillStyle = "#333";
+  corners.forEach((corner, n) => line(pen, corner, corners[(n + 1) % 4], INK.edge));
+  pen.fillStyle = INK.faint;
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   const label = (text, place) => pen.fillText(text, ...camera(place).slice(0, 2));
@@ -52,12 +52,12 @@ function drawFloor(pen, camera, ends) {
 function drawRuler(pen, camera, ends, unit, peak) {
   const edges = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => [x * ends[0], y * ends[1]]);
   const left = edges.reduce((best, edge) => (camera([...edge, 0])[0] < camera([...best, 0])[0] ? edge : best));
-  line(pen, camera([...left, -0.25]), camera([...left, 1]), "#767676");
-  pen.fillStyle = "#333";
+  line(pen, camera([...left, -0.25]), camera([...left, 1]), INK.edge);
+  pen.fillStyle = INK.faint;
   pen.textAlign = "right";
   for (const share of [0, 0.5, 1]) {
     const [x, y] = camera([...left, share]);
-    line(pen, [x - 4, y], [x, y], "#767676");
+    line(pen, [x - 4, y], [x, y], INK.edge);
     pen.fillText(unit.of(-share * peak || 0), x - 7, y);
   }
 }

@@ -63,7 +63,7 @@ def skin_page() -> str:
     return skin.estimate(stress, engine="fixed").view().html
 
 
-PICTURES = {"page": (page, (1280, 3040)), "skin": (skin_page, (1280, 1860))}
+PICTURES = {"page": (page, (1280, 3560)), "skin": (skin_page, (1280, 1930))}
 """Pages, and sizes of their pictures in pixels."""
 
 

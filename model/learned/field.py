@@ -69,12 +69,13 @@ def spread(sensor: SensorArray, b: Floats, resultant: Floats) -> Floats:
     return np.asarray(resultant[:, :, None] * share[:, None])
 
 
-def residual(sensor: SensorArray, b: Floats, forces: Floats) -> Floats:
-    """Part ``(n,)`` of the stress ``b (n, m)`` that the ``forces (n, 3, m)`` leave unexplained; 0 where b is zero.
-
-    That is the norm of b - G f over the norm of b.
-    """
+def unexplained(sensor: SensorArray, b: Floats, forces: Floats) -> Floats:
+    """What ``forces (n, 3, m)`` in N leave unexplained of the stress ``b (n, m)`` in Pa: b - G f."""
     g = influence(sensor)
-    left = b - sum(forces[:, axis] @ matrix.T for axis, matrix in enumerate((g.x, g.y, g.z)))
-    whole = np.linalg.norm(b, axis=1)
+    return np.asarray(b - sum(forces[:, axis] @ matrix.T for axis, matrix in enumerate((g.x, g.y, g.z))))
+
+
+def residual(sensor: SensorArray, b: Floats, forces: Floats) -> Floats:
+    """The norm of what is ``unexplained`` over that of the stress ``b (n, m)``, ``(n,)``; 0 where b is zero."""
+    left, whole = unexplained(sensor, b, forces), np.linalg.norm(b, axis=1)
     return np.asarray(np.divide(np.linalg.norm(left, axis=1), whole, out=np.zeros(len(b)), where=whole > 0))

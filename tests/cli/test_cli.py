@@ -115,6 +115,13 @@ def test_estimate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert summary["status"]["NO_CONTACT"] == 0
 
 
+def test_a_result_names_the_dead_taxels(folder: Path) -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--dead", "1,2", "--out", "result.npz"]) == 0
+    with np.load("result.npz") as found:
+        assert np.argwhere(found["dead"]).tolist() == [[1, 2]]
+        assert found["dead"].shape == found["stress"].shape[1:]
+
+
 def test_estimate_by_the_two_variable_search(folder: Path) -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--engine", "two-variable", "--out", "result.npz"]) == 0
     expected = TwoVariable(load("skin.toml").design.sensor)(np.load("frames.npz")["frames"])

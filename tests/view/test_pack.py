@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 from tests.view.made import project, unpacked, write
 from tfra.model.choices import Search
 from tfra.model.fixed.design import Design
+from tfra.model.learned.field import influence
 from tfra.model.tfra import Tfra
 from tfra.view.pack import MOST_BYTES, MOST_SWEEP_BYTES, Chosen, frame_bytes, packed, result, scaled, sweep_bytes, times
 from tfra.view.resultfile import Recorded, References, read_all
@@ -55,10 +56,24 @@ def test_a_frame_has_the_bytes_that_were_counted(read: tuple[list[Recorded], lis
     assert clock is not None
     assert content.pop("threshold") == 25
     assert size(content) + size(clock) == 24 * frame_bytes(24)
-    del content["forces"]
+    del content["forces"], content["left"]
     alone = replace(held, forces=np.full((24, 3, 4, 6), np.nan))
     assert result(replace(plain, found=alone, swept=False), chosen) == content | {"threshold": 25}
     assert size(content) + size(clock) == 24 * frame_bytes(24, resultant_alone=True)
+
+
+def test_what_forces_leave_unexplained(read: tuple[list[Recorded], list[References]]) -> None:
+    """The layer's own stress of the very forces is explained; what is added to it is left, with its sign."""
+    plain = read[0][0]
+    g = influence(plain.design.sensor)
+    under = sum(plain.found.forces[:, axis].reshape(24, -1) @ matrix.T for axis, matrix in enumerate((g.x, g.y, g.z)))
+    added = np.zeros((24, 24))
+    added[:, 7] = np.linspace(-9e3, 9e3, 24)
+    content = result(replace(plain, stress=(under + added).reshape(24, 4, 6)), Chosen(range(24), 24, 1, False))
+    left = unpacked(content["left"]["codes"]).reshape(24, 24) * unpacked(content["left"]["scale"])[:, None]
+    np.testing.assert_allclose(left, added, atol=0.5)
+    share = np.linalg.norm(added, axis=1) / np.linalg.norm(under + added, axis=1)
+    np.testing.assert_allclose(unpacked(content["values"]["residual"]), 100 * share, atol=1e-4)
 
 
 # The frames of a page

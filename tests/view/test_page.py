@@ -1,5 +1,6 @@
 """The page in a browser: its numbers are those of the arrays, and its controls do what they say."""
 
+import csv
 import math
 import os
 import subprocess
@@ -23,7 +24,7 @@ from tfra.view.resultfile import read_all
 WIDER = """[...document.querySelectorAll('body *')].filter(e => !e.closest('.wide, svg'))
   .filter(e => e.getBoundingClientRect().right > innerWidth + 1).map(e => e.tagName + '#' + e.id)"""
 
-KEYS = {"ArrowRight": 39, "ArrowLeft": 37, "End": 35, "Home": 36, " ": 32}
+KEYS = {"PageUp": 33, "PageDown": 34, "ArrowRight": 39, "ArrowLeft": 37, "End": 35, "Home": 36, " ": 32}
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +72,9 @@ def at(tab: Browser) -> int:
     return int(tab.evaluate("document.body.dataset.frame"))
 
 
-def press(tab: Browser, key: str) -> None:
+def press(tab: Browser, key: str, shift: bool = False) -> None:
     named = {"key": key, "code": "Space" if key == " " else key, "windowsVirtualKeyCode": KEYS[key]}
+    named |= {"modifiers": 8 * shift}
     tab.call("Input.dispatchKeyEvent", type="keyDown", text=" " if key == " " else "", **named)
     tab.call("Input.dispatchKeyEvent", type="keyUp", **named)
 
@@ -109,7 +111,7 @@ def test_it_says_nothing_and_asks_for_nothing(shown: Browser) -> None:
 
 
 def test_what_only_learned_results_have_is_hidden(shown: Browser) -> None:
-    hidden = ("[data-row=residual]", "[data-row=uncertainty]", "#judged", "#shaded", "#alone")
+    hidden = ("[data-row=uncertainty]", "#judged", "#shaded", "#alone")
     assert all(shown.evaluate(f"document.querySelector('{place}').hidden") for place in hidden)
     assert shown.evaluate("document.getElementById('panels').layout.shapes") == []
     assert not shown.evaluate("document.getElementById('swept').hidden")
@@ -173,14 +175,14 @@ def test_a_taxel_is_chosen_by_pointing_or_by_its_place(shown: Browser, arrays: d
             np.testing.assert_allclose(numbers(shown, f"taxel-{name}"), force, rtol=6e-4, atol=0.03 * peaks[1])
 
     units = shown.evaluate("[...document.querySelectorAll('[data-unit]')].map(place => place.textContent)")
-    assert units == ["kPa", "kPa", "mN", "mN", "mN"]
+    assert units == ["kPa", "kPa", "kPa", "mN", "mN", "mN"]
     choose(shown, "row", 1)
     choose(shown, "column", 4)
     expect(1, 4)
     shown.evaluate("document.getElementById('map-0').scrollIntoView({block: 'center'})")
     box = shown.evaluate("(box => [box.x, box.y, box.width])(document.getElementById('map-0').getBoundingClientRect())")
-    across = (box[2] - 48) / 6  # what is left of the width beside the axis
-    shown.point(box[0] + 38 + 2.5 * across, box[1] + 10 + 0.5 * across * 3 / 4)
+    across = (box[2] - 43) / 6  # what is left of the width beside the axis
+    shown.point(box[0] + 33 + 2.5 * across, box[1] + 10 + 0.5 * across * 3 / 4)
     assert (shown.evaluate("row.value"), shown.evaluate("column.value")) == ("3", "2")
     expect(3, 2)
 
@@ -196,7 +198,14 @@ def test_charts_have_the_arrays_and_gaps(shown: Browser, arrays: dict[str, dict[
     assert found["fixed.npz (fixed)", "f_z"]["y"][COMPRESSED] is not None
     assert found["fixed.npz (fixed)", "f_z"]["y"][NO_CONTACT] is None
     np.testing.assert_allclose(found["frames.npz (reference)", "f"]["y"], np.hypot(4, 2))
-    assert len(found) == 18
+    error = found["float.npz (float)", "mu_error"]["y"][7]
+    assert error == pytest.approx(arrays["float"]["mu"][7] - 0.5, rel=1e-5)
+    turning = [found[name, "phi"]["y"] for name in ("float.npz (float)", "frames.npz (reference)")]
+    assert arrays["float"]["phi_deg"][0] > arrays["float"]["phi_deg"][1], "it passes through 0"
+    phi, true = np.transpose([pair for pair in zip(*turning, strict=True) if None not in pair])
+    assert np.abs(np.diff(phi)).max() < 60
+    np.testing.assert_allclose(phi - true, 0, atol=40)
+    assert len(found) == 6 + 2 * (6 + 1 + 3), "reference values; values, residual and errors of the results"
     marks = [trace["x"] for trace in traces if trace["meta"] == "status"]
     assert marks[0] == [arrays["float"]["time"][NO_CONTACT]] * 2 + [None]
 
@@ -242,6 +251,48 @@ def test_keys(shown: Browser) -> None:
     shown.evaluate("document.getElementById('row').focus()")
     press(shown, "ArrowRight")
     assert at(shown) == 1
+    shown.evaluate("document.activeElement.blur()")
+    press(shown, "PageUp")
+    assert at(shown) == 23, "by 100"
+    press(shown, "ArrowLeft", shift=True)
+    assert at(shown) == 0
+
+
+def test_the_address_names_the_frame(shown: Browser) -> None:
+    go(shown, 12)
+    shown.until("location.hash == '#frame=12'")
+    shown.evaluate("location.hash = '#frame=17'")
+    shown.until("document.body.dataset.frame == 17")
+
+
+def saved(tab: Browser, button: str, read: str) -> Any:
+    """What ``read`` makes of the ``blob`` that a button saves."""
+    return tab.evaluate(
+        "new Promise(done => { const make = URL.createObjectURL;"
+        f"URL.createObjectURL = blob => {{ URL.createObjectURL = make; ({read}).then(done); return make(blob); }};"
+        f"document.getElementById('{button}').click(); }})"
+    )
+
+
+def test_curves_are_saved(shown: Browser, arrays: dict[str, dict[str, Any]]) -> None:
+    head, *rows = csv.reader(saved(shown, "save-curves", "blob.text()").splitlines())
+    assert head[:3] == ["frame", "time_s", "phi_deg float.npz (float)"]
+    columns = dict(zip(head, zip(*rows, strict=True), strict=True))
+    assert columns["time_s"][7] == "0.07"
+    mu = columns["mu float.npz (float)"]
+    assert mu[NO_CONTACT] == ""
+    assert float(mu[7]) == pytest.approx(arrays["float"]["mu"][7], rel=1e-6)
+    error = float(columns["f_error_n fixed.npz (fixed)"][7])
+    force, true = arrays["fixed"]["resultant"][7], arrays["frames"]["resultant_ref"][7]
+    assert error == pytest.approx(np.linalg.norm(force - true), rel=1e-4)
+
+
+def test_maps_are_saved(shown: Browser) -> None:
+    size = saved(shown, "save-map", "createImageBitmap(blob).then(image => [blob.type, image.width, image.height])")
+    whole = shown.evaluate("document.querySelector('.maps').clientWidth")
+    maps = shown.evaluate("[0, 1].map(n => document.getElementById(`map-${n}`).clientHeight)")
+    assert size[:2] == ["image/png", whole + 16]
+    assert size[2] > sum(maps)
 
 
 def test_play_goes_on_to_the_last_frame_and_begins_again(shown: Browser) -> None:
@@ -283,6 +334,7 @@ def test_the_cursor_and_a_click_on_a_chart(shown: Browser) -> None:
     [
         *((toggle, None, "map-1") for toggle in ("resultant", "arrows", "circles", "centroids")),
         ("scale", "linear", "map-0"),
+        ("of", "left", "map-0"),
         ("height", "force", "surface"),
     ],
 )
@@ -314,11 +366,43 @@ def test_nothing_is_wider_than_the_window(shown: Browser, width: int) -> None:
     assert shown.requests == []
 
 
-def test_accessibility(shown: Browser) -> None:
+def test_the_map_is_in_the_first_screen_of_a_phone(shown: Browser) -> None:
+    shown.resize(390, 844)
+    shown.evaluate("scrollTo(0, 0)")
+    assert shown.evaluate("document.getElementById('map-0').getBoundingClientRect().bottom") < 844
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_accessibility(shown: Browser, scheme: str) -> None:
+    """In colours that follow those of the system, charts, too."""
+    shown.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    paper = {"dark": "#16191d", "light": "#fff"}[scheme]
+    shown.until(f"document.getElementById('panels').layout.paper_bgcolor == '{paper}'")
     assert faults_at_all_widths(shown) == []
 
 
 # Other pages
+
+
+def test_dead_taxels_are_crossed_and_a_link_opens_its_frame(
+    tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]]
+) -> None:
+    dead = np.zeros((4, 6), dtype=np.uint8)
+    dead[1, 2] = 1
+    np.savez(folder / "dead.npz", **arrays["float"] | {"dead": dead})
+    results, _ = read_all([folder / "dead.npz"])
+    (folder / "page.html").write_text(render(results, [], Chosen.of(results, range(24))), encoding="utf-8")
+    tab.open(f"{(folder / 'page.html').as_uri()}#frame=5")
+    tab.until("document.body.dataset.ready")
+    assert at(tab) == 5
+    assert "dead" in tab.evaluate("document.getElementById('key').textContent")
+    for name in ("resultant", "arrows", "centroids"):
+        tab.evaluate(f"document.getElementById('{name}').click()")
+    across = tab.evaluate("(document.getElementById('map-0').clientWidth - 43) / 6")
+    places = [(round(33 + (2.5 + n) * across), round(8 + 2.5 * across * 3 / 4)) for n in (0, 1)]
+    pen = "document.getElementById('map-0').getContext('2d')"
+    middles = [sum(tab.evaluate(f"[...{pen}.getImageData({x}, {y}, 1, 1).data]")[:3]) for x, y in places]
+    assert middles[0] < 150 < middles[1]
 
 
 def test_a_part_of_the_frames(tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]]) -> None:

@@ -1,5 +1,6 @@
 """The page of a skin: what it reads, and that a browser shows the contacts of the arrays, from a file and live."""
 
+import csv
 import queue
 import threading
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from tests.browser import Browser, browser
 from tests.cli.test_cli import refusal
 from tests.cli.test_skin import SKIN
 from tests.view.made import unpacked
-from tests.view.test_page import WIDER, fill, go
+from tests.view.test_page import WIDER, fill, go, picture_of, saved
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
@@ -185,6 +186,23 @@ def test_a_contact_is_marked(shown: Browser, recorded: RecordedSkin) -> None:
         if shown.evaluate("document.querySelectorAll('tr.chosen').length"):
             break
     assert shown.evaluate("document.querySelectorAll('tr.chosen').length") == 1
+
+
+@pytest.mark.parametrize("part", ["arrows", "circles", "windows"])
+def test_parts_of_the_map_are_chosen(shown: Browser, part: str) -> None:
+    go(shown, 1)
+    pictures = [picture_of(shown, "map")]
+    for _ in range(2):
+        shown.evaluate(f"document.getElementById('{part}').click()")
+        pictures.append(picture_of(shown, "map"))
+    assert pictures[0] == pictures[2] != pictures[1]
+
+
+def test_curves_are_saved(shown: Browser, recorded: RecordedSkin) -> None:
+    head, *rows = csv.reader(saved(shown, "save-curves", "blob.text()").splitlines())
+    columns = dict(zip(head, zip(*rows, strict=True), strict=True))
+    assert [int(frame) for frame in columns["frame"]] == recorded.found.frame.tolist()
+    np.testing.assert_allclose([float(x) for x in columns["fz_n"]], recorded.found.windows.resultant[:, 2], rtol=1e-6)
 
 
 def test_it_is_silent_accessible_and_fits(shown: Browser) -> None:
