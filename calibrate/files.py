@@ -57,8 +57,8 @@ def write(found: Calibrated, folder: Path) -> None:
     if not front_end.is_of_a_core:
         return
     settings, tables = front_end.settings, front_end.tables
-    (folder / "front_end.json").write_text(_json(settings, tables), encoding="utf-8")
-    (folder / "front_end.h").write_text(_header(settings, tables), encoding="utf-8")
+    (folder / "front_end.json").write_text(as_json(settings, tables), encoding="utf-8")
+    (folder / "front_end.h").write_text(header(settings, tables), encoding="utf-8")
 
 
 def _toml(found: Calibrated) -> str:
@@ -94,7 +94,8 @@ def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _json(settings: Settings, tables: Tables) -> str:
+def as_json(settings: Settings, tables: Tables) -> str:
+    """The tables for the Python driver's ``Core.calibrate``."""
     repairs: dict[str, Any] = {
         str(target): {str(source): weight / ONE for source, weight in zip(sources, weights.tolist(), strict=True)}
         for target, sources, weights in targets(tables.repairs)
@@ -108,7 +109,8 @@ def _json(settings: Settings, tables: Tables) -> str:
     return json.dumps(content) + "\n"
 
 
-def _header(settings: Settings, tables: Tables) -> str:
+def header(settings: Settings, tables: Tables) -> str:
+    """The header with ``tfra_calibrate()`` for the C driver."""
     arrays = (("int32_t", "offsets"), ("uint32_t", "gains"), ("uint32_t", "repairs"))
     return _HEADER.format(
         arrays="\n".join(_array(kind, name, getattr(tables, name)) for kind, name in arrays),
@@ -120,5 +122,6 @@ def _header(settings: Settings, tables: Tables) -> str:
 
 def _array(kind: str, name: str, words: Ints) -> str:
     """A constant array of C; it has a word if there are none, since C has no empty arrays."""
-    values = ", ".join(map(str, words.tolist())) or "0"
+    suffix = "u" if kind.startswith("u") else ""
+    values = ", ".join(f"{word}{suffix}" for word in words.tolist()) or "0"
     return f"static const {kind} tfra_calibrated_{name}[] = {{{values}}};"

@@ -10,13 +10,16 @@ import numpy.typing as npt
 from scipy.ndimage import uniform_filter1d
 
 from tfra.calibrate.loads import Load
-from tfra.model.arrays import Bools, Floats
+from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.sensor import SensorArray
 from tfra.recordings.input import Input, arranged
 from tfra.runtime.errors import InputError
 
 AT_START = 20
 """Most frames at the start of a recording that are taken for rest before it is known where the load begins."""
+
+LEAST_AT_REST = 2
+"""Frames at rest before a load."""
 
 STEADY = 0.03
 """How far a frame under the load may be from the usual one, relative; noise may be more."""
@@ -99,19 +102,19 @@ def read_press(file: Path, load: Load, levels: Floats) -> Reading:
     The load is the longest time that frames look alike.  Raises ``InputError`` for a recording without one.
     """
     before, (first, last), after = _parts(file, load, levels)
-    start, end = levels[:before], levels[after:]
+    start, end = levels[before], levels[after]
     rest, moved = start.mean(axis=0), np.zeros(levels.shape[1:])
-    if len(end) >= min(AT_START, before):
+    if len(end) >= min(AT_START, len(start)):
         moved = end.mean(axis=0) - rest
-        times = (before - 1) / 2, (first + last) / 2, (after + len(levels) - 1) / 2
+        times = before.mean(), (first + last) / 2, after.mean()
         rest = rest + moved * (times[1] - times[0]) / (times[2] - times[0])
     pressed = levels[first : last + 1].mean(axis=0)
     changes = np.ptp(levels, axis=0) > 0
-    return Reading(file, load, rest, pressed, _noise(start), moved, changes, (first, last), before + len(end))
+    return Reading(file, load, rest, pressed, _noise(start), moved, changes, (first, last), len(start) + len(end))
 
 
-def _parts(file: Path, load: Load, levels: Floats) -> tuple[int, tuple[int, int], int]:
-    """Frames at rest before the load, the first and the last under it, and the first at rest after it."""
+def _parts(file: Path, load: Load, levels: Floats) -> tuple[Ints, tuple[int, int], Ints]:
+    """The frames at rest before the load, the first and the last under it, and those at rest after it."""
     start = max(1, min(AT_START, len(levels) // 10))
     flat = (levels - levels[:start].mean(axis=0)).reshape(len(levels), -1)
     if load.frames and not start < load.frames[0] <= load.frames[1] < len(levels):
@@ -131,11 +134,13 @@ def _parts(file: Path, load: Load, levels: Floats) -> tuple[int, tuple[int, int]
     usual, end = float(np.median(share[share > 0.5])), float(np.median(share[-start:]))
     first, last = load.frames or _longest(np.abs(share - usual) < tolerance)
     resting, ended = np.abs(share) < tolerance, np.abs(share - end * (abs(end) < RETURNED)) < tolerance
-    if not resting[0] or not first:
+    near = 1 + width // 2  # within so many frames the load may be on its way
+    before, after = np.flatnonzero(resting[:first]), last + 1 + np.flatnonzero(ended[last + 1 :])
+    before, after = before[before < before.max(initial=0) + 1 - near], after[after >= after.min(initial=0) + near]
+    if len(before) < LEAST_AT_REST:
         raise InputError(file, "", "does not start at rest: record some frames before the load")
-    before, after = int(np.argmin(resting)), len(levels) - int(np.argmin(ended[::-1]))
-    trim = 1 + width // 2 if not load.frames and last - first > 4 + width else 0  # the load may be on its way there
-    return max(1, before - 1 - width // 2), (first + trim, last - trim), min(len(levels), after + 1 + width // 2)
+    trim = near if not load.frames and last - first > 2 * near + 2 else 0
+    return before, (first + trim, last - trim), after
 
 
 def _longest(which: Bools) -> tuple[int, int]:

@@ -23,6 +23,7 @@ from tests.codegen.package.test_simulated import DESIGN, frames
 from tests.hdl.bus.model import Model
 from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design
+from tfra.calibrate.files import as_json, header
 from tfra.codegen.package.drivers import HEADER, driver_files
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.source import parameters, register_map
@@ -30,6 +31,7 @@ from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.framer import FAULTS
+from tfra.model.fixed import front_end
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.model.skin.skin import Skin
@@ -315,6 +317,89 @@ def test_repairs(host: ModuleType, library: ctypes.CDLL) -> None:
         with pytest.raises(host.DeviceError, match="checksum"):  # this bus makes none
             core.set_repairs(repairs)
         assert [word for address, word in bus.written if address == 0xB8] == words
+
+
+SHIM = """#include <stdio.h>
+#include "front_end.h"
+
+tfra_error_t tfra_get_front_end(tfra_device_t *device, tfra_front_end_t *settings)
+{
+    (void)device;
+    *settings = (tfra_front_end_t){.word_bits = 16, .dead_band = 3};
+    return TFRA_OK;
+}
+
+tfra_error_t tfra_set_front_end(tfra_device_t *device, const tfra_front_end_t *settings)
+{
+    (void)device;
+    printf("%u %d %d %u\\n", settings->word_bits, settings->is_unsigned, settings->invert, settings->dead_band);
+    return TFRA_OK;
+}
+
+#define TABLE(NAME, TYPE, FIRST)                                                         \\
+    tfra_error_t NAME(tfra_device_t *device FIRST, const TYPE *words, uint32_t count) \\
+    {                                                                                 \\
+        (void)device;                                                                 \\
+        for (uint32_t at = 0; at < count; at++)                                       \\
+            printf("%lld ", (long long)words[at]);                                    \\
+        printf("\\n");                                                                \\
+        return TFRA_OK;                                                               \\
+    }
+#define COMMA ,
+TABLE(tfra_set_offsets, int32_t, COMMA uint32_t first)
+TABLE(tfra_set_gains, uint32_t, COMMA uint32_t first)
+TABLE(tfra_set_repairs, uint32_t, )
+
+int main(void) { return (int)tfra_calibrate(NULL); }
+"""
+"""Prints what a calibration hands to the driver."""
+
+
+def test_a_calibration_becomes_the_same_tables_in_both_languages(
+    package: Path, host: ModuleType, tmp_path: Path
+) -> None:
+    settings = front_end.Settings(12, is_unsigned=True, invert=True)
+    offsets, gains = np.array([-131072, 0, 5, 131071]), np.array([0, 1, 32768, 131071])
+    repairs = {0: {1: 0.5, 3: -0.25}, 2: {3: 1.0}}
+    tables = front_end.Tables(offsets, gains, np.array(host.repair_words(repairs)))
+    (tmp_path / "front_end.h").write_text(header(settings, tables))
+    (tmp_path / "main.c").write_text(SHIM)
+    folders = [f"-I{package}/driver", f"-I{package}/registers", f"-I{tmp_path}"]
+    for compiler in COMPILERS:
+        strict = [option for option in STRICT if option != "-Wmissing-prototypes"]
+        subprocess.run(
+            [compiler, *strict, "-Wno-unused-parameter", *folders, "-o", tmp_path / "main", tmp_path / "main.c"],
+            check=True,
+        )
+    printed = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout.splitlines()
+    assert printed[0].split() == ["12", "1", "1", "3"]
+    lists = [[int(word) for word in line.split()] for line in printed[1:]]
+    assert lists == [offsets.tolist(), gains.tolist(), host.repair_words(repairs)]
+
+    class Written(host.Core):
+        """The same, without a core."""
+
+        def __init__(self) -> None:
+            self.taxels, self.calls = 4, []
+
+        def get_front_end(self) -> Any:
+            return host.FrontEnd(16, dead_band=3)
+
+        def __getattribute__(self, name: str) -> Any:
+            if name.startswith("set_"):
+                return lambda *given: self.calls.append((name, *given))
+            return super().__getattribute__(name)
+
+    core = Written()
+    core.calibrate(json.loads(as_json(settings, tables)))
+    assert core.calls == [
+        ("set_front_end", host.FrontEnd(12, is_unsigned=True, invert=True, dead_band=3)),
+        ("set_offsets", 0, offsets.tolist()),
+        ("set_gains", 0, gains.tolist()),
+        ("set_repairs", repairs),
+    ]
+    with pytest.raises(ValueError, match="tables of 4 taxels are needed, got 3"):
+        core.calibrate({"gains": [1, 2, 3], "offsets": [1, 2, 3], "settings": {}, "repairs": {}})
 
 
 def test_faults_of_a_frame_have_the_places_of_errors() -> None:

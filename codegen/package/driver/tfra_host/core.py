@@ -1,6 +1,7 @@
 """A core on a bus: settings, tables, coefficients, errors, counters."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +161,19 @@ class Core:
         """The words of the table that are used, as :func:`repair_words` makes them, of the stopped core."""
         self._require_stopped()
         return self._read_table("repairs", 0, self._get("REPAIRS", "words"))
+
+    def calibrate(self, tables: Mapping[str, Any]) -> None:
+        """Write the offsets, gains, repairs and the form of the words of ``tfra calibrate``'s ``front_end.json``.
+
+        The other settings of the front end stay.
+        """
+        if not len(tables["gains"]) == len(tables["offsets"]) == self.taxels:
+            raise ValueError(f"tables of {self.taxels} taxels are needed, got {len(tables['gains'])}")
+        self.set_front_end(replace(self.get_front_end(), **tables["settings"]))
+        self.set_offsets(0, tables["offsets"])
+        self.set_gains(0, tables["gains"])
+        repairs = tables["repairs"].items()
+        self.set_repairs({int(taxel): {int(s): weight for s, weight in sources.items()} for taxel, sources in repairs})
 
     def tare(self, log2_frames: int) -> None:
         """Start the stopped core; 2^log2_frames frames, 0 to 6, become the offsets."""
