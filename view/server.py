@@ -39,7 +39,7 @@ def serving(page: str, feed: Feed, port: int) -> Iterator[str]:
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
         reason = "is in use" if taken else f"cannot be used: {getattr(error, 'strerror', None) or error}"
         raise InputError("tfra live", "--port", f"{port} {reason}: choose another port, or 0 for any") from None
-    server.page, server.feed = page.encode(), feed
+    server.page, server.feed = page.encode(errors="backslashreplace"), feed
     thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     thread.start()
     try:
