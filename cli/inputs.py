@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tfra.recordings.input import Coding, Input, Order, Sign, Unit, overridden
+from tfra.recordings.input import FILES, Coding, Input, Order, Sign, Unit, overridden
 from tfra.runtime.errors import InputError, quoted
 
 if TYPE_CHECKING:
@@ -116,6 +116,11 @@ def _parsed(given: Given) -> Given:
     if None in places:
         raise ValueError(f"dead: ROW,COLUMN from 0 is needed, got {quoted(given['dead'][places.index(None)])}")
     return {**given, "dead": [tuple(map(int, place.groups())) for place in places if place]}
+
+
+def files_of(given: Input) -> list[Path]:
+    """The files that ``given`` names."""
+    return [file for name in FILES if (file := getattr(given, name))]
 
 
 def frames_at(path: Path, project: Project) -> Recording:

@@ -35,7 +35,7 @@ def doubts(levels: Floats, rest: Floats | None, adc: Adc, given: Input, alive: B
     """
     yield from still(levels, alive, zero=rest is None and given.level_at_rest(adc.bits) == 0)
     if rest is not None:
-        yield from _tare(rest, alive, adc, given)
+        yield from tare_doubts(rest, alive, adc, given)
     if given.unit == "codes":
         yield from _ends(levels, alive, adc, given)
 
@@ -76,8 +76,8 @@ def _step(levels: Floats) -> float:
     return float(change.min(where=change > 0, initial=np.inf))
 
 
-def _tare(rest: Floats, alive: Bools, adc: Adc, given: Input) -> Iterator[str]:
-    """A tare in which something presses, or that is too noisy to be one."""
+def tare_doubts(rest: Floats, alive: Bools, adc: Adc, given: Input) -> Iterator[str]:
+    """Yield a warning about a tare in which something presses, or that is too noisy to be one."""
     if len(rest) < 2:
         return
     code = (given.pa_per_code or adc.lsb) if given.unit == "codes" else PASCALS[given.unit]
