@@ -24,7 +24,7 @@ Out = Annotated[
     Path,
     typer.Option(
         metavar="RESULT.npz",
-        help="Output file; RESULT.csv and RESULT.parquet are folders of tables, RESULT.mcap, of a skin, of messages.",
+        help="Output file; RESULT.csv and RESULT.parquet are folders of tables, RESULT.mcap is one of messages.",
     ),
 ]
 EngineOption = Annotated[
@@ -59,7 +59,7 @@ def estimate(
     project = for_recording(load(config), frames, given or {}, "estimate")
     recording = frames_at(frames, project)
     stresses, inputs = recording.frames, [config, frames, *files_of(project.input)]
-    check_result(out, "estimate", inputs, skin=project.skin is not None)
+    check_result(out, "estimate", inputs)
     report: ArrayReport | SkinReport
     with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
         if project.skin:

@@ -95,7 +95,7 @@ def live(
     project, name, frames, tare = _frames(project, source, rate, given or {}, engine)
     inputs = [config, Path(source), *files_of(project.input)]
     if out:
-        check_result(out, "live", inputs, skin=project.skin is not None)
+        check_result(out, "live", inputs)
 
     def warn(fault: str) -> None:
         print_error(f"warning: {InputError(name, '', fault)}")

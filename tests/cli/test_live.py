@@ -246,7 +246,7 @@ def test_a_topic_of_a_log(folder: Path, capfd: pytest.CaptureFixture[str]) -> No
     assert main([*arguments, "--topic", "/skin"]) == 0
     kept = np.load("topic.npz")
     np.testing.assert_array_equal(kept["stress"], frames[[0, 2]])
-    assert kept["time"][1] >= 0.02
+    assert kept["time"][1] > 0
 
 
 def test_ctrl_c_keeps_what_was_estimated(folder: Path) -> None:
