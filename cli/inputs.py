@@ -43,6 +43,9 @@ OPTIONS: dict[str, Any] = {
     "drift_frames": _option(
         int, "Between contacts the offset follows with this time constant in frames.", metavar="N", min=0
     ),
+    "average": _option(
+        int, "The mean of N frames is one, as in the core: 1, 2, 4, ... 64. Default: 1.", metavar="N", min=1, max=64
+    ),
     "dead": _option(
         list[str], "A taxel that is computed from its neighbours, from 0; may be repeated.", metavar="ROW,COLUMN"
     ),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tfra.model.arrays import Floats
     from tfra.model.skin.result import SkinResult
     from tfra.model.tfra import Result
-    from tfra.recordings.lines import FrameLines
+    from tfra.recordings.intake import Intake
     from tfra.recordings.record import Record
     from tfra.view.feed import Feed
 
@@ -60,7 +60,7 @@ class _Source(NamedTuple):
     project: Project
     name: str
     frames: Iterator[Floats | str]
-    tare: FrameLines | None = None
+    tare: Intake | None = None
 
 
 @reads_recording
@@ -196,7 +196,7 @@ def _frames(project: Project, source: str, rate: float | None, given: Given, eng
         project = for_stream(project, given, "live")
         lines = FrameLines(project.array.sensor, project.array.adc, project.input)
         stream = open_stream(source)
-        return _Source(project, stream.name, lines.frames(stream.lines(), check), lines)
+        return _Source(project, stream.name, lines.frames(stream.lines(), check), lines.intake)
     file = Path(source)
     project = for_recording(project, file, given, "live")
     recording = frames_at(file, project)

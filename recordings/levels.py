@@ -6,6 +6,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Floats
 from tfra.model.choices import Adc
+from tfra.model.fixed.front_end import MOST_AVERAGED
 from tfra.recordings.input import PASCALS, Input, codes_of
 
 FRAMES = 8
@@ -26,6 +27,9 @@ SATURATED = 0.01
 """Share of frames with a number at an end of the converter's range above which that is told."""
 
 _SHOWN = 5
+
+_PRINTED = 0.005
+"""Error of a number with two decimals."""
 
 
 def doubts(levels: Floats, rest: Floats | None, adc: Adc, given: Input, alive: Bools) -> Iterator[str]:
@@ -60,6 +64,15 @@ def still(levels: Floats, alive: Bools | None = None, *, zero: bool = True) -> I
         f"{len(places)} {who} the same in all {len(levels)} frames, (row, column) {some}{more}: {are} dead? "
         f"Neighbours can stand in (--dead {row},{column})"
     )
+
+
+def fractions(levels: Floats) -> Iterator[str]:
+    """Yield a warning about codes with fractions that no mean of the core has."""
+    most = 1 << MOST_AVERAGED
+    odd = np.abs(levels - np.rint(levels * most) / most) > _PRINTED * (1 + 1e-6)
+    if odd.any():
+        means = f"no mean of 2, 4, ... {most} codes has"
+        yield f"codes have fractions, as {levels[odd][0]:g}, that {means}: is the unit Pa or kPa? (--unit)"
 
 
 def _around(values: Floats) -> Floats:

@@ -13,7 +13,7 @@ from tfra.recordings.columns import by_header
 from tfra.recordings.formats.text import Table, are_headings, frames_of, table_for, table_of_names
 from tfra.recordings.frames import Recording, front_end, in_place, pascals, tare_of
 from tfra.recordings.input import Input
-from tfra.recordings.levels import tare_doubts
+from tfra.recordings.intake import Intake
 from tfra.runtime.errors import InputError
 
 _PLACE = Path("line")
@@ -26,14 +26,8 @@ SLOWEST, FASTEST = 1.0, 1e5
 """Frames a second: times that say something else are not in seconds."""
 
 
-TARE_FRAMES = 50
-"""Frames of a new tare, if the recording has none of its own."""
-
-
 class FrameLines:
-    """Reads lines one by one, as ``given`` says: the first ``tare_frames`` frames are the tare, and no more than that.
-
-    A new tare is the next so many frames, or ``TARE_FRAMES``.
+    """Reads lines one by one, as ``given`` says; ``intake`` makes stress of them, and takes their tare.
 
     The separator is that of the first line that fits the taxels.
     """
@@ -41,12 +35,7 @@ class FrameLines:
     def __init__(self, sensor: SensorArray, adc: Adc, given: Input) -> None:
         """Read the tare's own file, if there is one; raises ``InputError`` for it."""
         self._sensor, self._adc, self._given = sensor, adc, given
-        self._convert = front_end(_PLACE, sensor, adc, given, tare_of(sensor, adc, given))
-        self._tare: list[Floats] = []
-        self._wanted = given.tare_frames
-        self._again = False
-        self.told = self._waits() if self._wanted else ""
-        """What became of the tare."""
+        self.intake = Intake(front_end(_PLACE, sensor, adc, given, tare_of(sensor, adc, given)), adc, given)
         self._table: Table | None = None
         self._begun = False
 
@@ -68,7 +57,7 @@ class FrameLines:
                 yield f"line {number}: {said}"
 
     def _frame(self, line: bytes) -> Floats | None:
-        """The frame of a line, ``(1, rows, columns)``; None for headings, for notes, and for the frames of the tare."""
+        """The frame of a line, ``(1, rows, columns)``; None for headings, notes, and what is not shown."""
         text = _text(line)
         if not text.strip() or text.lstrip().startswith("#"):
             return None
@@ -82,26 +71,8 @@ class FrameLines:
         self._table = table
         values = np.array([[float(cell) for cell in table.taxels(cells)]])
         levels = in_place(_PLACE, values, self._sensor, self._adc, self._given)
-        if self._again:
-            self._again, self._tare, self._wanted = False, [], self._given.tare_frames or TARE_FRAMES
-        if len(self._tare) == self._wanted:
-            return pascals(_PLACE, levels, self._convert)
-        self._tare.append(levels)
-        self.told = self._waits()
-        if len(self._tare) == self._wanted:
-            rest = np.concatenate(self._tare)
-            self._convert.tare(rest)
-            said = list(tare_doubts(rest, self._convert.alive, self._adc, self._given))
-            self.told = f"Tare: the mean of {self._wanted} frames" + "".join(f"; {each}" for each in said) + "."
-        return None
-
-    def again(self) -> None:
-        """Take the next frames for a new tare."""
-        self._again = True
-        self.told = "Tare: keep the array at rest."
-
-    def _waits(self) -> str:
-        return f"Tare: keep the array at rest, {len(self._tare)} of {self._wanted} frames have come."
+        stress = pascals(_PLACE, levels, self.intake)
+        return stress if len(stress) else None
 
     def _found(self, text: str) -> Table | None:
         """The table of the first line; None for one of names, and before that."""

@@ -94,6 +94,7 @@ class Array:
         tare_frames: int | None = None,
         tare: str | Path | None = None,
         drift_frames: int | None = None,
+        average: int | None = None,
         dead: Sequence[tuple[int, int]] | None = None,
         calibration: str | Path | None = None,
         order: Order | None = None,
@@ -118,11 +119,11 @@ class Array:
         ``coding`` of codes: "signed", "offset" or "unipolar".  ``tare_frames``: so many frames at the beginning show
         the array at rest; ``tare``: a file that does; ``rest_code``: the code that all taxels have then.
         ``pa_per_code``: stress of one.  ``drift_frames``: the time constant with which the offset follows between
-        contacts.  ``dead``: (row, column) of taxels that are computed from their neighbours.  ``calibration``: a file
-        of their gains, numbers at rest and dead ones.  ``order``: a frame runs
-        along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns
-        before the taxels, the first is the time.  ``columns`` that are taxels, "2-64" or names as "T_{row}_{column}".
-        ``strict``: no line of text may be wrong.  ``topic`` of a log.
+        contacts.  ``average``: so many frames are one, their mean.  ``dead``: (row, column) of taxels that are computed
+        from their neighbours.  ``calibration``: a file of their gains, numbers at rest and dead ones.  ``order``: a
+        frame runs along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number
+        of columns before the taxels, the first is the time.  ``columns`` that are taxels, "2-64" or names as
+        "T_{row}_{column}".  ``strict``: no line of text may be wrong.  ``topic`` of a log.
 
         Raises ``tfra.InputError`` that names the file and the place, or the option, that is wrong.
         """
