@@ -251,6 +251,8 @@ def test_accessibility(tab: Browser, made: tuple[Any, Floats]) -> None:
     with sending(design) as sent:
         tab.open(sent.address)
         assert faults(tab) == []
+        sent.feed.tare = Taring()
+        sent.feed.tare.again()
         sent.send("line 1: no", *frames)
         tab.until("document.body.dataset.ready")
         assert faults_at_all_widths(tab) == []
