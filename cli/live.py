@@ -76,8 +76,9 @@ def live(
 ) -> None:
     """Show forces in a browser as frames arrive, from a stream of text, one frame a line, or from a recording.
 
-    Frames that the engine or the browser has no time for are dropped. It ends when its source has ended and the page
-    has all frames; without --out, it waits for a page. Ctrl-C ends it, too.
+    Frames that the engine or the browser has no time for are dropped.
+
+    It ends with its source, once a page has all frames, or with --out without a page, or by Ctrl-C.
     """
     require("tfra live", "view", "plotly")
     import numpy as np

@@ -62,9 +62,7 @@ def write_messages(
 ) -> None:
     """Write ``messages``, which the schema describes, at their times to a file that does not exist.
 
-    Their topic is the file's name.
-
-    Equal messages give equal bytes.
+    Their topic is the file's name.  Equal messages give equal bytes.
     """
     from mcap.writer import Writer
 

@@ -69,8 +69,9 @@ class Estimate:
         return "forces", FORCES, self._messages()
 
     def _messages(self) -> Iterator[dict[str, Any]]:
+        alone = self.result.resultant_alone
         for frame, (force, taxels) in enumerate(zip(_force_parts(self.result), self.result.forces, strict=True)):
-            planes = {} if self.result.resultant_alone else {"taxels_n": dict(zip("xyz", taxels.tolist(), strict=True))}
+            planes = {} if alone else {"taxels_n": dict(zip("xyz", taxels.tolist(), strict=True))}
             yield {"frame": frame, **force, **planes}
 
     def frames(self) -> Columns:

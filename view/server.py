@@ -70,6 +70,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """Answer ``/tare``, which asks for a new one, of the server's own page alone."""
+        self.close_connection = True  # what else was sent is not read
         tare = self.server.feed.tare
         if self._is_of_elsewhere():
             return
