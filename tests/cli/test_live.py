@@ -24,7 +24,6 @@ from tests.marks import long
 from tests.recordings.test_log import ARRAY, array, mcap
 from tests.view.made import unpacked, write
 from tfra.cli.main import main
-from tfra.recordings import record
 
 PATIENCE = 60.0
 
@@ -258,18 +257,6 @@ def test_ctrl_c_keeps_what_was_estimated(folder: Path) -> None:
         totals = "tfra live: 10 frames came, 10 were estimated, 0 drawn\nhalf.npz: 10 frames by the float engine\n"
         assert running.ended() == (0, totals, "")
     np.testing.assert_allclose(np.load("half.npz")["mu"], np.load("float.npz")["mu"][:10], rtol=1e-9)
-
-
-def test_a_record_has_no_room_for_ever(
-    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Here for one frame; what was estimated together with it stays."""
-    monkeypatch.setattr(record, "MOST_BYTES", 8 * 24)
-    assert main(["live", "skin.toml", "frames.npz", "--rate", "1000", "--port", "0", "--out", "few.npz"]) == 0
-    frames = len(np.load("few.npz")["mu"])
-    assert frames < 24
-    line = f"warning: --out: {frames} frames are all that there is room for: later ones are shown alone\n"
-    assert capfd.readouterr().err == line
 
 
 def test_a_new_tare(folder: Path) -> None:
