@@ -10,10 +10,9 @@ import typer
 from rich.console import Console
 
 from tfra.cli.common import Config, Json, print_json, progress, simulation_failures
-from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
+from tfra.cli.inputs import Given, files_of, for_recording, frames_at, reads_recording
 from tfra.cli.reports import ArrayReport, SkinReport
 from tfra.engines import DOUBLE, Engine, run, run_skin
-from tfra.recordings.input import FILES
 from tfra.runtime.errors import InputError
 
 WIDTH = 80  # of the lines after the table
@@ -25,7 +24,7 @@ Out = Annotated[
     Path,
     typer.Option(
         metavar="RESULT.npz",
-        help="Output file; RESULT.csv and RESULT.parquet are folders of tables, RESULT.mcap, of a skin, of messages.",
+        help="Output file; RESULT.csv and RESULT.parquet are folders of tables, RESULT.mcap is one of messages.",
     ),
 ]
 EngineOption = Annotated[
@@ -59,9 +58,8 @@ def estimate(
         raise InputError("tfra estimate", "--codes", f"the {engine.value} engine always sees the converter's codes")
     project = for_recording(load(config), frames, given or {}, "estimate")
     recording = frames_at(frames, project)
-    stresses, files = recording.frames, (getattr(project.input, name) for name in FILES)
-    inputs = [config, frames, *(file for file in files if file)]
-    check_result(out, "estimate", inputs, skin=project.skin is not None)
+    stresses, inputs = recording.frames, [config, frames, *files_of(project.input)]
+    check_result(out, "estimate", inputs)
     report: ArrayReport | SkinReport
     with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
         if project.skin:

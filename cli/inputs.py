@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tfra.recordings.input import Coding, Input, Order, Sign, Unit, overridden
+from tfra.recordings.input import FILES, Coding, Input, Order, Sign, Unit, overridden
 from tfra.runtime.errors import InputError, quoted
 
 if TYPE_CHECKING:
@@ -42,6 +42,9 @@ OPTIONS: dict[str, Any] = {
     "tare": _option(Path, "All frames of this file show the array at rest; their mean is subtracted.", metavar="FILE"),
     "drift_frames": _option(
         int, "Between contacts the offset follows with this time constant in frames.", metavar="N", min=0
+    ),
+    "average": _option(
+        int, "The mean of N frames is one, as in the core: 1, 2, 4, ... 64. Default: 1.", metavar="N", min=1, max=64
     ),
     "dead": _option(
         list[str], "A taxel that is computed from its neighbours, from 0; may be repeated.", metavar="ROW,COLUMN"
@@ -116,6 +119,11 @@ def _parsed(given: Given) -> Given:
     if None in places:
         raise ValueError(f"dead: ROW,COLUMN from 0 is needed, got {quoted(given['dead'][places.index(None)])}")
     return {**given, "dead": [tuple(map(int, place.groups())) for place in places if place]}
+
+
+def files_of(given: Input) -> list[Path]:
+    """The files that ``given`` names."""
+    return [file for name in FILES if (file := getattr(given, name))]
 
 
 def frames_at(path: Path, project: Project) -> Recording:

@@ -16,7 +16,8 @@ from tfra.recordings.formats import FRAMES, Values, format_of, suffixes
 from tfra.recordings.formats.text import FORMAT as TEXT
 from tfra.recordings.front_end import Array, FrontEnd
 from tfra.recordings.input import PLAIN, Input, arranged, codes_of, overridden
-from tfra.recordings.levels import doubts
+from tfra.recordings.intake import averaged
+from tfra.recordings.levels import doubts, fractions
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.inputs import no_memory
 from tfra.runtime.ownership import is_as_written
@@ -117,8 +118,8 @@ def front_end(file: Path, sensor: SensorArray, adc: Adc, given: Input, rest: Flo
         raise InputError(file, f"input.{key}", reason) from None
 
 
-def pascals(file: Path, levels: Floats, convert: FrontEnd) -> Floats:
-    """Return the stress of frames ``levels (n, rows, columns)`` in Pa.
+def pascals(file: Path, levels: Floats, convert: Callable[[Floats], Floats]) -> Floats:
+    """Return the stress that ``convert`` makes of frames ``levels (n, rows, columns)``, in Pa.
 
     Raises ``InputError`` naming ``file`` for the first value that is no stress.
     """
@@ -151,7 +152,12 @@ def levels_of(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Record
     if not len(values.frames):
         raise InputError(file, FRAMES, "at least one frame is needed, got none")
     frames = in_place(file, doubles(values.frames), sensor, adc, given)
-    return Recording(frames, values.time, values.seconds, given, values.notes)
+    if len(frames) < given.average:
+        reason = f"{given.average} of them are one frame, the recording has {len(frames)} (--average)"
+        raise InputError(file, FRAMES, reason)
+    notes = (*values.notes, *(fractions(frames) if given.unit == "codes" else ()))
+    time = None if values.time is None else values.time[given.average - 1 :: given.average]  # of the last one of each
+    return Recording(averaged(frames, given.average), time, values.seconds, given, notes)
 
 
 def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
@@ -202,12 +208,12 @@ def _require_codes(file: Path, frames: Floats, adc: Adc, given: Input) -> None:
 
     def reason(value: float) -> str:
         hints = (
-            (value % 1 or not -(2**adc.bits) <= value < 2**adc.bits, ": is the unit Pa or kPa? (--unit)"),
+            (not -(2**adc.bits) <= value < 2**adc.bits, ": is the unit Pa or kPa? (--unit)"),
             (given.coding == "signed" and frames.min() >= 0, _unsigned(float(np.median(frames)), adc.bits)),
             (frames.min() < 0, ": are they signed? (--coding signed)"),
         )
         hint = next((hint for holds, hint in hints if holds), "")
-        codes = f"{given.coding} codes of {adc.bits} bits are whole numbers from {first} to {last}"
+        codes = f"{given.coding} codes of {adc.bits} bits are from {first} to {last}"
         return f"is {value:g}, {codes}{hint}"
 
-    _refuse(file, frames, (frames < first) | (frames > last) | (frames % 1 != 0), reason)
+    _refuse(file, frames, (frames < first) | (frames > last), reason)

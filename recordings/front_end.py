@@ -91,7 +91,8 @@ class FrontEnd:
     def settings(self) -> fixed.Settings:
         """Registers of the core for the same recording."""
         bits, given = self._array.adc.bits, self._given
-        return fixed.Settings(bits, is_unsigned=given.coding != "signed", invert=given.compression == "positive")
+        log2 = given.average.bit_length() - 1
+        return fixed.Settings(bits, given.coding != "signed", given.compression == "positive", log2)
 
     def noise(self, rest: Floats) -> float:
         """The usual standard deviation of a taxel in Pa, in frames ``rest (k, rows, columns)`` at rest, k > 1."""

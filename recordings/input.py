@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tfra.model.arrays import Floats
+from tfra.model.fixed.front_end import MOST_AVERAGED
 from tfra.model.sensor import SensorArray
 
 Unit = Literal["Pa", "kPa", "codes"]
@@ -27,7 +28,8 @@ class Input:
     without stress to 2^bits - 1.  ``pa_per_code``: stress of one; None: that of the converter.  ``tare_frames``, the
     first of the recording, the file ``tare``, or the code ``rest_code`` of all taxels show the array at rest; 0 and
     None: none of them.  ``drift_frames``: between contacts the offset follows the numbers with this time constant; 0:
-    it stays.  ``dead``: rows and columns of taxels on the array that are computed from their neighbours.
+    it stays.  ``average`` frames of the file are one, their mean, and all other numbers of frames are of means.
+    ``dead``: rows and columns of taxels on the array that are computed from their neighbours.
     ``calibration``: a file with the gains, the numbers at rest and the dead ones of the taxels.
     ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns, rows).  ``flip_x`` and
     ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no taxels; or ``columns`` are:
@@ -43,6 +45,7 @@ class Input:
     tare_frames: int = 0
     tare: Path | None = None
     drift_frames: int = 0
+    average: int = 1
     dead: tuple[tuple[int, int], ...] = ()
     calibration: Path | None = None
     order: Order = "rows"
@@ -68,6 +71,9 @@ PLAIN = Input()
 """The format of ``tfra frames``: pascals, compression negative, row by row."""
 
 
+AVERAGES = tuple(1 << log2 for log2 in range(MOST_AVERAGED + 1))
+"""Frames of a mean: those of the core."""
+
 FILES = ("tare", "calibration")
 """Fields that name files."""
 
@@ -92,6 +98,8 @@ def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
     found = replace(chosen, **given)
     if found.columns and found.skip_columns:
         raise ValueError("columns: and skip_columns exclude each other")
+    if found.average not in AVERAGES:
+        raise ValueError(f"average: one of {', '.join(map(str, AVERAGES))} is needed, got {found.average}")
     for key, what in _OF_CODES.items():
         if key in given and found.unit != "codes":
             raise ValueError(f"{key}: only codes have {what}: the unit must be codes, not {found.unit}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Floats
 from tfra.model.choices import Adc
+from tfra.model.fixed.front_end import MOST_AVERAGED
 from tfra.recordings.input import PASCALS, Input, codes_of
 
 FRAMES = 8
@@ -27,6 +28,9 @@ SATURATED = 0.01
 
 _SHOWN = 5
 
+_PRINTED = 0.005
+"""Error of a number with two decimals."""
+
 
 def doubts(levels: Floats, rest: Floats | None, adc: Adc, given: Input, alive: Bools) -> Iterator[str]:
     """Yield warnings about ``levels (n, rows, columns)`` in the recording's unit, and about ``rest``, its tare.
@@ -35,7 +39,7 @@ def doubts(levels: Floats, rest: Floats | None, adc: Adc, given: Input, alive: B
     """
     yield from still(levels, alive, zero=rest is None and given.level_at_rest(adc.bits) == 0)
     if rest is not None:
-        yield from _tare(rest, alive, adc, given)
+        yield from tare_doubts(rest, alive, adc, given)
     if given.unit == "codes":
         yield from _ends(levels, alive, adc, given)
 
@@ -62,6 +66,15 @@ def still(levels: Floats, alive: Bools | None = None, *, zero: bool = True) -> I
     )
 
 
+def fractions(levels: Floats) -> Iterator[str]:
+    """Yield a warning about codes with fractions that no mean of the core has."""
+    most = 1 << MOST_AVERAGED
+    odd = np.abs(levels - np.rint(levels * most) / most) > _PRINTED * (1 + 1e-6)
+    if odd.any():
+        means = f"no mean of 2, 4, ... {most} codes has"
+        yield f"codes have fractions, as {levels[odd][0]:g}, that {means}: is the unit Pa or kPa? (--unit)"
+
+
 def _around(values: Floats) -> Floats:
     """The median of the up to eight ``values (rows, columns)`` around each."""
     padded = np.pad(values, 1, constant_values=np.nan)
@@ -76,8 +89,8 @@ def _step(levels: Floats) -> float:
     return float(change.min(where=change > 0, initial=np.inf))
 
 
-def _tare(rest: Floats, alive: Bools, adc: Adc, given: Input) -> Iterator[str]:
-    """A tare in which something presses, or that is too noisy to be one."""
+def tare_doubts(rest: Floats, alive: Bools, adc: Adc, given: Input) -> Iterator[str]:
+    """Yield a warning about a tare in which something presses, or that is too noisy to be one."""
     if len(rest) < 2:
         return
     code = (given.pa_per_code or adc.lsb) if given.unit == "codes" else PASCALS[given.unit]

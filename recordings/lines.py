@@ -13,6 +13,7 @@ from tfra.recordings.columns import by_header
 from tfra.recordings.formats.text import Table, are_headings, frames_of, table_for, table_of_names
 from tfra.recordings.frames import Recording, front_end, in_place, pascals, tare_of
 from tfra.recordings.input import Input
+from tfra.recordings.intake import Intake
 from tfra.runtime.errors import InputError
 
 _PLACE = Path("line")
@@ -26,7 +27,7 @@ SLOWEST, FASTEST = 1.0, 1e5
 
 
 class FrameLines:
-    """Reads lines one by one, as ``given`` says: the first ``tare_frames`` frames are the tare, and no more than that.
+    """Reads lines one by one, as ``given`` says; ``intake`` makes stress of them, and takes their tare.
 
     The separator is that of the first line that fits the taxels.
     """
@@ -34,8 +35,7 @@ class FrameLines:
     def __init__(self, sensor: SensorArray, adc: Adc, given: Input) -> None:
         """Read the tare's own file, if there is one; raises ``InputError`` for it."""
         self._sensor, self._adc, self._given = sensor, adc, given
-        self._convert = front_end(_PLACE, sensor, adc, given, tare_of(sensor, adc, given))
-        self._tare: list[Floats] = []
+        self.intake = Intake(front_end(_PLACE, sensor, adc, given, tare_of(sensor, adc, given)), adc, given)
         self._table: Table | None = None
         self._begun = False
 
@@ -57,7 +57,7 @@ class FrameLines:
                 yield f"line {number}: {said}"
 
     def _frame(self, line: bytes) -> Floats | None:
-        """The frame of a line, ``(1, rows, columns)``; None for headings, for notes, and for the frames of the tare."""
+        """The frame of a line, ``(1, rows, columns)``; None for headings, notes, and what is not shown."""
         text = _text(line)
         if not text.strip() or text.lstrip().startswith("#"):
             return None
@@ -71,12 +71,8 @@ class FrameLines:
         self._table = table
         values = np.array([[float(cell) for cell in table.taxels(cells)]])
         levels = in_place(_PLACE, values, self._sensor, self._adc, self._given)
-        if len(self._tare) < self._given.tare_frames:
-            self._tare.append(levels)
-            if len(self._tare) == self._given.tare_frames:
-                self._convert.tare(np.concatenate(self._tare))
-            return None
-        return pascals(_PLACE, levels, self._convert)
+        stress = pascals(_PLACE, levels, self.intake)
+        return stress if len(stress) else None
 
     def _found(self, text: str) -> Table | None:
         """The table of the first line; None for one of names, and before that."""

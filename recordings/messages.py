@@ -5,11 +5,34 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-TOPIC = "/contacts"
+LATEST = 1.8e10
+"""Seconds since 1970 that do not fit any more."""
 
 _NUMBER = {"type": ["number", "null"]}
 
-SCHEMA = {
+_FORCE = {
+    "force_n": {"type": "object", "properties": {axis: _NUMBER for axis in "xyz"}},
+    "mu": _NUMBER,
+    "phi_deg": _NUMBER,
+    "uncertainty_n": _NUMBER,
+    "status": {"type": "array", "items": {"type": "string"}},
+}
+
+_PLANE = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}, "description": "row by row"}
+
+FORCES = {
+    "title": "tfra.Forces",
+    "description": "The forces of a frame; in N, angles in degrees, times in s.",
+    "type": "object",
+    "properties": {
+        "frame": {"type": "integer"},
+        **_FORCE,
+        "taxels_n": {"type": "object", "properties": {axis: _PLANE for axis in "xyz"}},
+    },
+}
+"""JSON schema of a message of an array; ``taxels_n`` is missing where a core gives the resultant alone."""
+
+CONTACTS = {
     "title": "tfra.Contacts",
     "description": "The contacts of a frame; lengths in mm, forces in N, angles in degrees, times in s.",
     "type": "object",
@@ -25,31 +48,29 @@ SCHEMA = {
                     "x_mm": {"type": "number"},
                     "y_mm": {"type": "number"},
                     "taxels": {"type": "integer"},
-                    "force_n": {"type": "object", "properties": {axis: _NUMBER for axis in "xyz"}},
-                    "mu": _NUMBER,
-                    "phi_deg": _NUMBER,
-                    "uncertainty_n": _NUMBER,
-                    "status": {"type": "array", "items": {"type": "string"}},
+                    **_FORCE,
                 },
             },
         },
     },
 }
-"""JSON schema of a message."""
+"""The same of a skin."""
 
 
-def write_messages(path: Path, messages: Iterable[dict[str, Any]], seconds: Iterable[float]) -> None:
-    """Write ``messages``, which ``SCHEMA`` describes, at their times to a file that does not exist.
+def write_messages(
+    path: Path, described: dict[str, Any], messages: Iterable[dict[str, Any]], seconds: Iterable[float]
+) -> None:
+    """Write ``messages``, which the schema describes, at their times to a file that does not exist.
 
-    Equal messages give equal bytes.
+    Their topic is the file's name.  Equal messages give equal bytes.
     """
     from mcap.writer import Writer
 
     with open(path, "xb") as stream:
         writer = Writer(stream)
         writer.start(library="tfra")
-        schema = writer.register_schema("tfra.Contacts", "jsonschema", json.dumps(SCHEMA).encode())
-        channel = writer.register_channel(TOPIC, "json", schema)
+        schema = writer.register_schema(described["title"], "jsonschema", json.dumps(described).encode())
+        channel = writer.register_channel(f"/{path.stem}", "json", schema)
         for message, time in zip(messages, seconds, strict=True):
             nanoseconds = round(1e9 * time)
             content = json.dumps(message, allow_nan=False).encode()

@@ -3,9 +3,10 @@
     RESULT.npz                                      arrays
     RESULT.csv/frames.csv, forces.csv               a row for each frame; one for each taxel of each frame
     RESULT.parquet/frames.parquet, forces.parquet   the same
-    RESULT.mcap/contacts.mcap                       a message for each frame, of a skin
+    RESULT.mcap/forces.mcap                         a message for each frame
 
-The forces of a skin are those of the taxels in the windows of contacts, and contacts.csv has a row for each contact.
+The forces of a skin are those of the taxels in the windows of contacts, contacts.csv has a row for each contact, and
+contacts.mcap is in the place of forces.mcap.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,7 +22,7 @@ from tfra.model.skin.result import SkinResult
 from tfra.model.tfra import Result, Status
 from tfra.recordings.formats import Columns, table_formats
 from tfra.recordings.frames import Recording
-from tfra.recordings.messages import write_messages
+from tfra.recordings.messages import CONTACTS, FORCES, LATEST, write_messages
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.outputs import check_directory, check_file, output_directory, write_npz
 
@@ -33,6 +34,9 @@ OPTIONAL = ("uncertainty", "residual")
 
 MESSAGES = ".mcap"
 """The end of the name of a folder with messages."""
+
+Messages = tuple[str, dict[str, Any], Iterator[dict[str, Any]]]
+"""The name of their file, their schema, and messages, one for each frame; times are those of the recording."""
 
 _FORCES = ("fx_n", "fy_n", "fz_n")
 """Columns of a force, in N."""
@@ -59,6 +63,16 @@ class Estimate:
         taxels = np.indices((n, rows, columns)).reshape(3, -1)
         forces = {**dict(zip(_PLACE, taxels, strict=True)), **_forces(self.result)}
         return {"frames": self.frames(), "forces": forces}
+
+    def messages(self) -> Messages:
+        """A message for each frame."""
+        return "forces", FORCES, self._messages()
+
+    def _messages(self) -> Iterator[dict[str, Any]]:
+        alone = self.result.resultant_alone
+        for frame, (force, taxels) in enumerate(zip(_force_parts(self.result), self.result.forces, strict=True)):
+            planes = {} if alone else {"taxels_n": dict(zip("xyz", taxels.tolist(), strict=True))}
+            yield {"frame": frame, **force, **planes}
 
     def frames(self) -> Columns:
         """The table with a row for each frame."""
@@ -99,35 +113,21 @@ class SkinEstimate:
             "forces": {key: values[there] for key, values in {**places, **_forces(found.windows)}.items()},
         }
 
-    def messages(self) -> Iterator[dict[str, Any]]:
-        """A message for each frame, as ``tfra.recordings.messages.SCHEMA`` describes it."""
-        found, seen = self.result, self.result.windows
-        unsure = np.full(len(found.frame), np.nan) if seen.uncertainty is None else seen.uncertainty
-        names = [(int(flag), str(flag.name)) for flag in (*Mark, *Status)]
-        numbers = [found.tracks(), 1e3 * found.x, 1e3 * found.y, found.taxels, seen.resultant, seen.mu, seen.phi_deg]
-        rows = zip(*(values.tolist() for values in (*numbers, unsure, seen.status)), strict=True)
+    def messages(self) -> Messages:
+        """A message for each frame."""
+        return "contacts", CONTACTS, self._messages()
+
+    def _messages(self) -> Iterator[dict[str, Any]]:
+        found = self.result
+        columns = (found.tracks(), 1e3 * found.x, 1e3 * found.y, found.taxels)
+        places = zip(*(column.tolist() for column in columns), strict=True)
         contacts = [
-            {
-                "track": track,
-                "x_mm": x,
-                "y_mm": y,
-                "taxels": taxels,
-                "force_n": {axis: _known(part) for axis, part in zip("xyz", force, strict=True)},
-                "mu": _known(mu),
-                "phi_deg": _known(phi),
-                "uncertainty_n": _known(doubt),
-                "status": [name for bit, name in names if status & bit],
-            }
-            for track, x, y, taxels, force, mu, phi, doubt, status in rows
+            {**dict(zip(("track", "x_mm", "y_mm", "taxels"), place, strict=True)), **force}
+            for place, force in zip(places, _force_parts(found.windows), strict=True)
         ]
         ends, counts = np.cumsum(found.found).tolist(), (found.found.tolist(), found.dropped.tolist())
         for frame, (end, count, dropped) in enumerate(zip(ends, *counts, strict=True)):
             yield {"frame": frame, "dropped": dropped, "contacts": contacts[end - count : end]}
-
-    def seconds(self) -> list[float]:
-        """Times of the frames; numbers of a recording without any."""
-        time = self.recording.time
-        return [float(second) for second in (np.arange(len(self.result.found)) if time is None else time)]
 
     def _contacts(self) -> Columns:
         found = self.result
@@ -137,6 +137,21 @@ class SkinEstimate:
             "track": found.tracks(),
             **places,
             **{key: getattr(found, key) for key in ("taxels", "top", "left")},
+        }
+
+
+def _force_parts(result: Result) -> Iterator[dict[str, Any]]:
+    """What messages say of each force."""
+    unsure = np.full(len(result.mu), np.nan) if result.uncertainty is None else result.uncertainty
+    names = [(int(flag), str(flag.name)) for flag in (*Mark, *Status)]
+    columns = (result.resultant, result.mu, result.phi_deg, unsure, result.status)
+    for force, mu, phi, doubt, status in zip(*(values.tolist() for values in columns), strict=True):
+        yield {
+            "force_n": {axis: _known(part) for axis, part in zip("xyz", force, strict=True)},
+            "mu": _known(mu),
+            "phi_deg": _known(phi),
+            "uncertainty_n": _known(doubt),
+            "status": [name for bit, name in names if status & bit],
         }
 
 
@@ -167,6 +182,13 @@ def _time(recording: Recording) -> Columns:
     return {} if recording.time is None else {"time_s" if recording.seconds else "time": recording.time}
 
 
+def _seconds(recording: Recording) -> list[float]:
+    """Times of messages: those of the frames, or their numbers where there are none that MCAP can hold."""
+    time = recording.time
+    known = time is not None and time.min() >= 0 and time.max() < LATEST
+    return [float(second) for second in (time if time is not None and known else np.arange(len(recording)))]
+
+
 def _columns(result: Result) -> Columns:
     """Columns of a table with a row for each frame, or window."""
     return {
@@ -186,19 +208,19 @@ def _forces(result: Result) -> Columns:
     return dict(zip(_FORCES, np.moveaxis(result.forces, 1, 0).reshape(3, -1), strict=True))
 
 
-def check_result(path: Path, command: str, inputs: Sequence[Path], *, skin: bool = False) -> None:
+def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
     """Raise ``InputError`` now if ``write_result`` would, before a long computation."""
     if path.suffix == ".npz":
         check_file(path, ".npz", command, inputs)
         return
-    if path.suffix == MESSAGES and skin:
+    if path.suffix == MESSAGES:
         require(path, "robot", "mcap")
         check_directory(path, command, inputs)
         return
     tables = table_formats()
     if path.suffix not in tables:
-        *names, last = ".npz", *tables
-        raise InputError(path, "", f"the name of the output must end in {', '.join(names)} or {last}")
+        names = ", ".join((".npz", *tables))
+        raise InputError(path, "", f"the name of the output must end in {names} or {MESSAGES}")
     if needs := tables[path.suffix].needs:
         require(path, *needs)
     check_directory(path, command, inputs)
@@ -213,9 +235,9 @@ def write_result(path: Path, estimate: Estimate | SkinEstimate, command: str, in
         write_npz(path, estimate.arrays(), command)
         return
     if path.suffix == MESSAGES:
-        assert isinstance(estimate, SkinEstimate)
+        name, described, messages = estimate.messages()
         with output_directory(path, command, inputs) as folder:
-            write_messages(folder / f"contacts{MESSAGES}", estimate.messages(), estimate.seconds())
+            write_messages(folder / f"{name}{MESSAGES}", described, messages, _seconds(estimate.recording))
         return
     write_table = table_formats()[path.suffix].write_table
     assert write_table

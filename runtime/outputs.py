@@ -55,9 +55,12 @@ def write_npz(path: str | Path, arrays: Mapping[str, npt.NDArray[Any]], command:
 
 
 def write_text(path: str | Path, text: str, command: str) -> None:
-    """Write a page (.html) or a CONFIG file (.toml); ``path`` and errors as for ``write_npz``."""
+    """Write a page (.html) or a CONFIG file (.toml), bytes of names that are no UTF-8 escaped.
+
+    ``path`` and errors as for ``write_npz``.
+    """
     with _output_file(path, command, Path(path).suffix) as new:
-        new.write_text(text, encoding="utf-8", newline="\n")
+        new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def write_vcd(path: str | Path, waves: Path, command: str) -> None:

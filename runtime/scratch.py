@@ -18,6 +18,9 @@ from pathlib import Path
 from tfra.runtime.errors import InputError
 
 _OWN = re.compile(r"\.tfra-(.+)\.(?:lock|part)")
+_DEPTH = 8
+"""Deepest folder that is removed without further file handles."""
+
 _NOT_A_LOCK = (errno.EISDIR, errno.ELOOP, errno.ENXIO)
 """Errors of opening a folder, a link or a socket."""
 
@@ -43,8 +46,23 @@ def scratch(parent: Path) -> Iterator[Path]:
             stack.enter_context(locked(parent, name))
             place = part(parent, name)
             stack.callback(shutil.rmtree, place, ignore_errors=True)
+            stack.enter_context(reserve())
             place.mkdir(mode=0o700)
         yield place
+
+
+@contextmanager
+def reserve() -> Iterator[None]:
+    """Keep file handles in the block for its clean-up, which needs some when all others are in use.
+
+    Raises ``OSError`` if there are not enough.
+    """
+    with ExitStack() as stack:
+        first = os.open(os.devnull, os.O_RDONLY)
+        stack.callback(os.close, first)
+        for _ in range(_DEPTH):
+            stack.callback(os.close, os.dup(first))
+        yield
 
 
 @contextmanager

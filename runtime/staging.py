@@ -23,7 +23,7 @@ from pathlib import Path
 from tfra.runtime import scratch
 from tfra.runtime.errors import Notice
 from tfra.runtime.ownership import discard
-from tfra.runtime.scratch import locked
+from tfra.runtime.scratch import locked, reserve
 
 _NOREPLACE, _EXCHANGE = 1, 2
 """Flags of renameat2(2)."""
@@ -54,6 +54,7 @@ def staged(target: Path, check: Check) -> Iterator[Path]:
                 check(target)
         staging.mkdir(mode=0o700)
         stack.callback(_recover, staging)
+        stack.enter_context(reserve())
         (staging / "target").symlink_to(target.name)
         yield staging / "new"
         ready = staging / "ready"
@@ -104,7 +105,7 @@ def _place_by_renames(ready: Path, target: Path, check: Check) -> None:
 
 def _name(token: str) -> str:
     """A name that nothing has by chance: the second half follows from the ``token`` of eight characters."""
-    return f"{token}-{sha256(f'tfra staging {token}'.encode()).hexdigest()[:8]}"
+    return f"{token}-{sha256(os.fsencode(f'tfra staging {token}')).hexdigest()[:8]}"
 
 
 def _sweep(parent: Path) -> None:

@@ -2,11 +2,11 @@
 
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,7 @@ from tfra.model.sensor import SensorArray
 from tfra.model.tfra import check_frames
 from tfra.recordings.diagnosis import warnings as doubts
 from tfra.recordings.frames import Recording, read_as, read_recording
-from tfra.recordings.input import FILES, Coding, Input, Order, Sign, Unit
+from tfra.recordings.input import FILES, Coding, Input, Order, Sign, Unit, overridden
 from tfra.runtime.errors import InputError, Notice, quoted
 
 EngineName = Literal["float", "fixed", "c", "rtl", "two-variable"]
@@ -94,6 +94,7 @@ class Array:
         tare_frames: int | None = None,
         tare: str | Path | None = None,
         drift_frames: int | None = None,
+        average: int | None = None,
         dead: Sequence[tuple[int, int]] | None = None,
         calibration: str | Path | None = None,
         order: Order | None = None,
@@ -118,41 +119,54 @@ class Array:
         ``coding`` of codes: "signed", "offset" or "unipolar".  ``tare_frames``: so many frames at the beginning show
         the array at rest; ``tare``: a file that does; ``rest_code``: the code that all taxels have then.
         ``pa_per_code``: stress of one.  ``drift_frames``: the time constant with which the offset follows between
-        contacts.  ``dead``: (row, column) of taxels that are computed from their neighbours.  ``calibration``: a file
-        of their gains, numbers at rest and dead ones.  ``order``: a frame runs
-        along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns
-        before the taxels, the first is the time.  ``columns`` that are taxels, "2-64" or names as "T_{row}_{column}".
-        ``strict``: no line of text may be wrong.  ``topic`` of a log.
+        contacts.  ``average``: so many frames are one, their mean.  ``dead``: (row, column) of taxels that are computed
+        from their neighbours.  ``calibration``: a file of their gains, numbers at rest and dead ones.  ``order``: a
+        frame runs along "rows" or "columns".  ``flip_x`` and ``flip_y`` mirror the array.  ``skip_columns``: the number
+        of columns before the taxels, the first is the time.  ``columns`` that are taxels, "2-64" or names as
+        "T_{row}_{column}".  ``strict``: no line of text may be wrong.  ``topic`` of a log.
 
         Raises ``tfra.InputError`` that names the file and the place, or the option, that is wrong.
         """
         options = {key: value for key, value in locals().items() if key not in ("self", "path") and value is not None}
         given = {key: str(value) if isinstance(value, Path) else value for key, value in options.items()}
         given |= {"dead": [list(place) for place in dead]} if dead is not None else {}
-        try:
-            checked = InputSection.model_validate(given).model_dump(exclude_none=True)
-            files = {key: Path(checked[key]) for key in FILES if key in checked}
-            chosen = read_as(Path(path), self.input, checked | files)
-        except ValidationError as error:
-            raise InputError(f"{type(self).__name__}.read", *complaint(error, InputSection)) from None
-        except ValueError as error:
-            raise InputError(f"{type(self).__name__}.read", "", str(error)) from None
+        chosen = self._chosen("read", given, lambda checked: read_as(Path(path), self.input, checked))
         with keywords():
             return read_recording(path, self.array, self.adc, chosen)
+
+    def _chosen(self, method: str, given: dict[str, Any], choose: Callable[[dict[str, Any]], Input]) -> Input:
+        """What ``choose`` makes of the keys of [input] that are ``given`` to a method; raises ``InputError``."""
+        try:
+            checked = InputSection.model_validate(given).model_dump(exclude_none=True)
+            return choose(checked | {key: Path(checked[key]) for key in FILES if key in checked})
+        except ValidationError as error:
+            raise InputError(f"{type(self).__name__}.{method}", *complaint(error, InputSection)) from None
+        except ValueError as error:
+            raise InputError(f"{type(self).__name__}.{method}", "", str(error)) from None
+
+    def _streamed(self, engine: EngineName, given: dict[str, Any]) -> tuple[Engine, Project]:
+        """The arguments of ``stream``, checked: the engine, and the project with the ``input`` of its frames."""
+        chosen = self._chosen("stream", given, lambda checked: overridden(self.input, checked))
+        return self._engine("stream", engine), replace(self.project, input=chosen)
+
+    def _engine(self, method: str, engine: EngineName) -> Engine:
+        if engine not in tuple(Engine):
+            call = f"{type(self).__name__}.{method}"
+            raise InputError(call, "engine", f"one of {', '.join(Engine)} is needed, got {quoted(engine)}")
+        return Engine(engine)
 
     def _asked(
         self, frames: Recording | npt.ArrayLike, engine: EngineName, codes: bool
     ) -> tuple[Engine, Project, Recording]:
         """The arguments of ``estimate``, checked: the engine, the project and the recording that it is to run on."""
-        if engine not in tuple(Engine):
-            raise InputError(self._call, "engine", f"one of {', '.join(Engine)} is needed, got {quoted(engine)}")
-        if codes and engine not in DOUBLE:
+        chosen = self._engine("estimate", engine)
+        if codes and chosen not in DOUBLE:
             raise InputError(self._call, "codes", f"the {engine} engine always sees the converter's codes")
         if isinstance(frames, Recording):
             recording = replace(frames, frames=self._stress(frames.frames))
         else:
             recording = Recording(self._stress(frames))
-        return Engine(engine), replace(self.project, input=recording.given), recording
+        return chosen, replace(self.project, input=recording.given), recording
 
     def _notices(self, recording: Recording, status: Ints) -> tuple[str, ...]:
         """Warn of what is probably wrong with a recording whose frames have this ``status (n,)``, and return that."""

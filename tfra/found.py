@@ -100,7 +100,7 @@ class Contacts(SkinResult):
         ``path`` and errors are those of ``tfra.Result.save``.
         """
         file, inputs = Path(path), [self.project.path]
-        check_result(file, "estimate", inputs, skin=True)
+        check_result(file, "estimate", inputs)
         write_result(file, self._written(), "estimate", inputs)
 
     def view(self, path: str | Path | None = None) -> Page:

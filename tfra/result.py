@@ -101,7 +101,7 @@ class Result(tfra.Result):
         return Errors(errors(truth, self))
 
     def save(self, path: str | Path) -> None:
-        """Write the result as ``tfra estimate`` does: an archive .npz, or a folder .csv or .parquet of two tables.
+        """Write the result as ``tfra estimate`` does: an archive .npz, or a folder .csv, .parquet or .mcap.
 
         docs/recordings.md has the keys and the columns.  ``path`` may be missing, empty, or an earlier result that
         nobody has changed.  Raises ``tfra.InputError`` for anything else, and when the file can't be written.

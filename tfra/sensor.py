@@ -3,22 +3,24 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
 from tfra.array import Array, EngineName, keywords
 from tfra.codegen.config import read as config
 from tfra.contacts import Truth, simulated
-from tfra.engines import run
+from tfra.engines import DOUBLE, codes, estimator, run
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
+from tfra.model.tfra import joined
 from tfra.recordings.frames import Recording
 from tfra.result import Result
 from tfra.runtime.errors import InputError, quoted
 
 if TYPE_CHECKING:
     from tfra.stepper import Stepper
+    from tfra.stream import Stream
 
 
 def load(path: str | Path) -> "Sensor":
@@ -104,3 +106,32 @@ class Sensor(Array):
             found = run(chosen, project, recording.frames, "Sensor.estimate", converted=codes)
         notices = self._notices(recording, found.status)
         return Result(**vars(found), project=self.project, recording=recording, engine=engine, notices=notices)
+
+    def stream(self, engine: EngineName = "float", **given: Any) -> "Stream[Result]":
+        """Return a function of frames as they come, in the converter's numbers: it tares them and gives their forces.
+
+        ``given`` are the keys of [input], as of ``read``.  It is called with a frame or a few and returns their
+        ``tfra.Result``, without notices, or None while there is none: in the tare, or within a mean.
+
+            >>> sensor = tfra.load("examples/skin_8x12.toml")
+            >>> stream = sensor.stream(unit="kPa", tare_frames=2, drift_frames=500)
+            >>> frames = [0 * sensor.simulate()[0][0]] * 2 + list(sensor.simulate()[0] / 1000)
+            >>> results = [stream(frame) for frame in frames]
+            >>> [result is None for result in results[:3]]
+            [True, True, False]
+            >>> stream.told
+            'Tare: the mean of 2 frames.'
+
+        ``stream.tare()`` takes the next frames for a new tare.  Raises ``tfra.InputError`` for keys that are wrong.
+        """
+        from tfra.stream import Stream
+
+        chosen, project = self._streamed(engine, given)
+
+        def estimate(recording: Recording) -> Result:
+            taken = recording.frames if chosen in DOUBLE else codes(project, recording.frames, "Sensor.stream")
+            return Result(**vars(joined([model(taken)])), project=self.project, recording=recording, engine=engine)
+
+        with keywords():
+            model = estimator(chosen, project)
+            return Stream("Sensor.stream", project, estimate)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,13 +11,16 @@ import numpy.typing as npt
 from tfra.array import Array, EngineName, keywords
 from tfra.codegen.config import read as config
 from tfra.contacts import Truth, simulated
-from tfra.engines import run_skin
+from tfra.engines import DOUBLE, codes, run_skin, skin_estimator
 from tfra.found import Contacts
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
 from tfra.model.skin import skin
 from tfra.recordings.frames import Recording
 from tfra.runtime.errors import InputError, quoted
+
+if TYPE_CHECKING:
+    from tfra.stream import Stream
 
 
 def load_skin(path: str | Path) -> "Skin":
@@ -88,3 +92,20 @@ class Skin(Array):
             found = run_skin(chosen, project, self.skin, recording.frames, "Skin.estimate", converted=codes)
         notices = self._notices(recording, found.frame_status)
         return Contacts(**vars(found), project=self.project, recording=recording, engine=engine, notices=notices)
+
+    def stream(self, engine: EngineName = "float", **given: Any) -> "Stream[Contacts]":
+        """Return a function of frames as they come; arguments and errors are those of ``tfra.Sensor.stream``.
+
+        The frames of each call begin at 0, and so do the tracks of its ``tfra.Contacts``.
+        """
+        from tfra.stream import Stream
+
+        chosen, project = self._streamed(engine, given)
+
+        def estimate(recording: Recording) -> Contacts:
+            taken = recording.frames if chosen in DOUBLE else codes(project, recording.frames, "Skin.stream")
+            return Contacts(**vars(model(taken)), project=self.project, recording=recording, engine=engine)
+
+        with keywords():
+            model = skin_estimator(chosen, project, self.skin)
+            return Stream("Skin.stream", project, estimate)

@@ -11,12 +11,16 @@ async function* answers(signal) {
   const { body } = await fetch(`frames?after=${feed.last}`, { signal });
   const reader = body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
-  for (;;) {
-    const { done, value } = await reader.read();
-    if (done) return;
-    const lines = (text + value).split("\n");
-    text = lines.pop();
-    yield* lines.map(JSON.parse);
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      const lines = (text + value).split("\n");
+      text = lines.pop();
+      yield* lines.map(JSON.parse);
+    }
+  } finally {
+    reader.cancel().catch(() => {});
   }
 }
 
@@ -25,10 +29,10 @@ async function* pulled(signal) {
   try {
     for await (const answer of answers(signal)) {
       if (answer.pieces.length) feed.last = unpack(answer.pieces.at(-1).numbers).at(-1);
-      tell(answer);
-      yield answer.pieces;
       feed.over = answer.over;
-      if (feed.over) tell(answer);
+      if (!feed.over) tell(answer);
+      yield answer.pieces;
+      if (feed.over) return await tell(answer);
     }
   } catch { /* the server has gone, or it was told to stop */ }
   if (signal.aborted || feed.over) return;
@@ -36,10 +40,30 @@ async function* pulled(signal) {
   tell({ state: "gone", message: "The command tfra live has ended. To continue, start it again and reload this page." });
 }
 
-/** Show the source of the frames and their counts. */
-function tell({ state, message, came, estimated, malformed, fault }) {
+/** A new reading of the server's stream: its pieces, and what stops it. */
+function opened() {
+  const stop = new AbortController();
+  return { pieces: pulled(stop.signal), stop };
+}
+
+/** Say what became of the tare, where there can be a new one. */
+function tellTare(tare) {
+  const [place, button] = [document.getElementById("tared"), document.getElementById("tare")];
+  button.parentElement.hidden = tare === undefined;
+  button.hidden = feed.over;
+  if (tare !== undefined && place.textContent !== tare) place.textContent = tare;
+}
+
+document.getElementById("tare").addEventListener("click", async () => {
+  const answer = await fetch("tare", { method: "POST" }).catch(() => {});
+  if (answer?.ok) tellTare(await answer.text());
+});
+
+/** Show the source of the frames and their counts; resolves when the server knows how many were drawn. */
+function tell({ state, message, came, estimated, malformed, fault, tare }) {
   const place = (id) => document.getElementById(id);
   if (place("state").textContent !== message) place("state").textContent = message;
+  tellTare(tare);
   place("live").classList.toggle("over", ["ended", "broken", "gone"].includes(state));
   const [now, whole] = [performance.now(), (number) => number.toLocaleString("en")];
   if (came === undefined || (now - told.at < READABLE && !feed.over)) return;
@@ -49,19 +73,20 @@ function tell({ state, message, came, estimated, malformed, fault }) {
   place("counts").textContent = `${whole(came)} frames came${rates[0]}, ${whole(estimated)} were estimated, ${whole(feed.all)} drawn here${rates[1]}.${age}`;
   place("fault").hidden = !malformed;
   if (malformed) place("fault").textContent = `Malformed lines: ${whole(malformed)}. The first: ${fault}.`;
-  fetch(`drawn?count=${feed.all - told.all}`);
+  const drawn = fetch(`drawn?count=${feed.all - told.all}`).catch(() => {});
   told = { at: now, came, all: feed.all };
+  return drawn;
 }
+
+let source = opened();
 
 /** The first pieces: none if the source ends without any. */
 async function firstPieces() {
-  const stop = new AbortController();
-  for await (const pieces of pulled(stop.signal)) {
-    if (!pieces.length) continue;
-    stop.abort();
-    return pieces;
+  for (;;) {
+    const { done, value } = await source.pieces.next();
+    if (done) return [];
+    if (value.length) return value;
   }
-  return [];
 }
 
 document.getElementById("kept").textContent = described.seconds;

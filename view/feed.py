@@ -6,10 +6,11 @@
 import json
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Condition
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -42,6 +43,17 @@ Arrival = tuple[int, float, Floats]
 """The number of a frame, its time of arrival in s since 1970, and the frame ``(rows, columns)`` in Pa."""
 
 
+class Tare(Protocol):
+    """What takes the next frames for the array at rest."""
+
+    @property
+    def told(self) -> str:
+        """What a page says of the tare."""
+
+    def again(self) -> None:
+        """Take a new one, whatever thread asks."""
+
+
 @dataclass(frozen=True)
 class Batch:
     """Frames that were estimated together, as JSON."""
@@ -63,6 +75,10 @@ class Feed:
         self.source = source
         self.most = max(_WAITING, min(MOST, MOST_BYTES // each))
         """Frames that are kept."""
+        self.keep: Callable[[Floats], None] | None = None
+        """Called with the times in s of the frames whose result was just made."""
+        self.tare: Tare | None = None
+        """What can take a new tare."""
         self._result = result
         self._changed = Condition()
         self._waiting: deque[Arrival] = deque(maxlen=_WAITING)
@@ -72,6 +88,8 @@ class Feed:
         self._state = "waiting"
         self._reason = ""
         self._first_fault = ""
+        self._readers = 0
+        self._shown = False
         self.counts = {"came": 0, "estimated": 0, "drawn": 0, "malformed": 0}
 
     def read(self, frames: Iterable[Floats | str], report: Callable[[str], None]) -> None:
@@ -99,11 +117,13 @@ class Feed:
             self._changed.notify_all()
 
     def run(self) -> None:
-        """Estimate arriving frames, for ever."""
+        """Estimate arriving frames until the source ends."""
         while True:
             began = time.monotonic()
             with self._changed:
-                self._changed.wait_for(lambda: self._waiting)
+                self._changed.wait_for(lambda: self._waiting or self._over)
+                if not self._waiting:
+                    return
                 frames = list(self._waiting)
                 self._waiting.clear()
                 self._busy = True
@@ -118,10 +138,13 @@ class Feed:
     def _batch(self, frames: list[Arrival]) -> Batch:
         count = len(frames)
         numbers, when, stress = map(np.array, zip(*frames, strict=True))
+        results, times = [self._result(stress)], when - self._begun
+        if self.keep:
+            self.keep(times)
         content = {
             "numbers": packed(numbers, "float64"),
-            "time": packed(when - self._begun, "float64"),
-            "results": [self._result(stress)],
+            "time": packed(times, "float64"),
+            "results": results,
             "came": when[-1],
         }
         text = json.dumps(content, separators=(",", ":"))
@@ -133,6 +156,37 @@ class Feed:
         while stored > self.most or self._pieces[0].when < batch.when - SECONDS:
             stored -= self._pieces.popleft().count
 
+    @property
+    def _over(self) -> bool:
+        """Whether every frame that came has been estimated, and no more come."""
+        return self._state in ("ended", "broken") and not (self._waiting or self._busy)
+
+    @contextmanager
+    def reading(self) -> Iterator[Callable[[], None]]:
+        """A page reads frames in the block; it calls what it gets when it has the last one of all."""
+
+        def shown() -> None:
+            self._shown = True
+
+        with self._changed:
+            self._readers += 1
+        try:
+            yield shown
+        finally:
+            with self._changed:
+                self._readers -= 1
+                self._changed.notify_all()
+
+    @property
+    def is_read(self) -> bool:
+        """Whether a page reads, or has the last frame of all."""
+        return self._shown or self._readers > 0
+
+    def wait_for_pages(self, *, one: bool) -> None:
+        """Wait until no page reads; with ``one`` until one has the last frame of all, too."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._readers and (self._shown or not one))
+
     def since(self, after: int, patience: float) -> tuple[str, int, bool]:
         """What a page gets: the state, the counts, and the pieces behind frame ``after``, in JSON.
 
@@ -140,11 +194,12 @@ class Feed:
         ``patience`` seconds, or until the source has ended.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._pieces and self._pieces[-1].last > after, patience)
+            self._changed.wait_for(lambda: self._over or (self._pieces and self._pieces[-1].last > after), patience)
             pieces = [batch for batch in self._pieces if batch.last > after]
-            over = self._state in ("ended", "broken") and not (pieces or self._waiting or self._busy)
+            over = self._over and not pieces
             state = {"state": self._state, "message": self._message(), "fault": self._first_fault, "over": over}
             state |= self.counts
+            state |= {"tare": self.tare.told} if self.tare else {}
         texts = ",".join(batch.text for batch in pieces)
         return f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over
 

@@ -54,11 +54,11 @@ function chart() {
   charted = { at: performance.now(), cost: performance.now() - begun };
 }
 
-let asked = false;
+let asked = 0;
 
 /** Draw the newest frame; frames since the last drawing are skipped. */
 function drawLast() {
-  asked = false;
+  asked = 0;
   measure();
   if (!state.playing) return;
   show(COUNT - 1);
@@ -67,13 +67,15 @@ function drawLast() {
   feed.age = Date.now() - 1000 * feed.came;
 }
 
-let stop;
-
-/** Read frames until the source ends or `stop` aborts. */
+/** Read frames until the source ends or is stopped; what came last is drawn at once, before the server hears of it. */
 async function follow() {
-  stop = new AbortController();
+  source ??= opened();
   show(COUNT - 1);
-  for await (const pieces of pulled(stop.signal)) {
+  for await (const pieces of source.pieces) {
+    if (feed.over && asked) {
+      cancelAnimationFrame(asked);
+      drawLast();
+    }
     if (!pieces.length) continue;
     pieces.forEach(append);
     feed.came = pieces.at(-1).came;
@@ -89,7 +91,8 @@ function play(wanted) {
   $("play").textContent = wanted ? "Pause" : "Follow";
   if (begins) follow();
   if (!ends) return;
-  stop.abort();
+  source.stop.abort();
+  source = undefined;
   drawPanels($("panels"));
   settle();
 }

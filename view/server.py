@@ -1,6 +1,7 @@
 """A server of one page and its data, for browsers on this machine only."""
 
 import errno
+import select
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -39,7 +40,7 @@ def serving(page: str, feed: Feed, port: int) -> Iterator[str]:
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
         reason = "is in use" if taken else f"cannot be used: {getattr(error, 'strerror', None) or error}"
         raise InputError("tfra live", "--port", f"{port} {reason}: choose another port, or 0 for any") from None
-    server.page, server.feed = page.encode(), feed
+    server.page, server.feed = page.encode(errors="backslashreplace"), feed
     thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     thread.start()
     try:
@@ -67,13 +68,34 @@ class _Handler(BaseHTTPRequestHandler):
     disable_nagle_algorithm = True
     server: _Server
 
+    def do_POST(self) -> None:
+        """Answer ``/tare``, which asks for a new one, of the server's own page alone."""
+        self.close_connection = True  # what else was sent is not read
+        tare = self.server.feed.tare
+        if self._is_of_elsewhere():
+            return
+        if self.path != "/tare" or tare is None:
+            self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"there is no tare to take\n")
+            return
+        tare.again()
+        self._answer(HTTPStatus.OK, "text/plain", tare.told.encode())
+
+    def _is_of_elsewhere(self) -> bool:
+        """Whether the request is not for this machine, or of another page, and has been refused."""
+        hosts = [f"{name}:{self.server.server_port}" for name in (HOST, "localhost")]
+        host, origin = (self.headers.get(name) for name in ("Host", "Origin"))
+        if host in hosts and origin in (None, f"http://{host}"):
+            return False
+        self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is served\n")  # whoever sent it here
+        return True
+
     def do_GET(self) -> None:
         """Answer ``/``, ``/frames?after=N``, lines of JSON until the source ends, and ``/drawn?count=N``."""
         asked = urlsplit(self.path)
         number = {"/frames": "after", "/drawn": "count"}.get(asked.path)
-        if self.headers.get("Host") not in [f"{name}:{self.server.server_port}" for name in (HOST, "localhost")]:
-            self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is served\n")  # whoever sent it here
-        elif asked.path == "/":
+        if self._is_of_elsewhere():
+            return
+        if asked.path == "/":
             self._answer(HTTPStatus.OK, "text/html", self.server.page)
         elif number is None:
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"there is no such page\n")
@@ -90,13 +112,23 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(HTTPStatus.OK, "text/plain", b"")
 
     def _send_frames(self, after: int) -> None:
-        """Send lines until the source or the server ends, or the page is gone."""
+        """Send lines until the source or the server ends, or the page is gone; it goes when it has drawn the last."""
         self.close_connection = True
         self._head(HTTPStatus.OK, "application/x-ndjson", {"Connection": "close"})
         over = False
-        while not (over or self.server.over):
-            text, after, over = self.server.feed.since(after, PATIENCE)
-            self.wfile.write(f"{text}\n".encode())
+        with self.server.feed.reading() as shown:
+            while not (over or self.server.over):
+                text, after, over = self.server.feed.since(after, PATIENCE)
+                if self._is_left(0):
+                    return
+                self.wfile.write(f"{text}\n".encode())
+            if over:
+                self._is_left(PATIENCE)
+                shown()
+
+    def _is_left(self, patience: float) -> bool:
+        """Whether the page has closed the connection, or does so within ``patience`` seconds: nothing else comes."""
+        return bool(select.select([self.connection], [], [], patience)[0])
 
     def _answer(self, status: HTTPStatus, kind: str, content: bytes) -> None:
         self._head(status, kind, {"Content-Length": str(len(content))})

@@ -83,6 +83,7 @@ _LIMITED: dict[str, Any] = {
     "pa_per_code": Annotated[float, Field(gt=0, le=1e9)],
     "rest_code": Annotated[float, Field(ge=-(2**20), lt=2**20)],
     "drift_frames": Annotated[int, Field(ge=0, le=1_000_000_000)],
+    "average": Annotated[int, Field(ge=1, le=64)],
     "dead": list[Annotated[list[int], Field(min_length=2, max_length=2)]],
     "columns": Annotated[str, Field(min_length=3, max_length=200)],
     "skip_columns": Annotated[int, Field(ge=0, le=1000)],

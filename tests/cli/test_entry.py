@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 MISSING = "none.toml: cannot be read: No such file or directory\n"
 LINES = {
     "full": "standard output: cannot be written: No space left on device\n",
@@ -59,6 +60,17 @@ def test_poor_encodings(tmp_path: Path) -> None:
 def test_names_that_are_no_text(tmp_path: Path) -> None:
     found = run("$TFRA frames $'\\xff.toml' --out f.npz", tmp_path)
     assert found.stderr == "\\udcff.toml: cannot be read: No such file or directory\n"
+    (tmp_path / os.fsdecode(b"caf\xe9.toml")).write_text((EXAMPLES / "hertz_40x20.toml").read_text())
+    lines = (
+        "$TFRA frames $'caf\\xe9.toml' --out $'\\xff.npz'",
+        "$TFRA estimate $'caf\\xe9.toml' $'\\xff.npz' --out $'\\xfe.npz'",
+        "$TFRA view $'\\xfe.npz' --out $'\\xfd.html' --frames 0:2",
+    )
+    found = run(" && ".join(lines), tmp_path)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert "\\udcfd.html: " in found.stdout
+    assert sorted(os.listdir(os.fsencode(tmp_path))) == [b"caf\xe9.toml", b"\xfd.html", b"\xfe.npz", b"\xff.npz"]
+    assert "\\udcfe" in (tmp_path / os.fsdecode(b"\xfd.html")).read_text(encoding="utf-8")
 
 
 def test_warnings_are_ours(tmp_path: Path) -> None:
@@ -67,8 +79,7 @@ def test_warnings_are_ours(tmp_path: Path) -> None:
 
 
 def test_files_that_may_not_grow(tmp_path: Path) -> None:
-    examples = Path(__file__).parents[2] / "examples"
-    found = run(f"ulimit -f 1; exec $TFRA frames {examples}/hertz_40x20.toml --out f.npz", tmp_path)
+    found = run(f"ulimit -f 1; exec $TFRA frames {EXAMPLES}/hertz_40x20.toml --out f.npz", tmp_path)
     assert (found.returncode, found.stderr) == (2, "f.npz: cannot be written: File too large\n")
     assert list(tmp_path.iterdir()) == []
 

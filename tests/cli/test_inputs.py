@@ -1,19 +1,24 @@
 """[input] of CONFIG and the options that override it, from a recording to RESULT, in every form of it."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import polars as pl
 import pytest
+from mcap.reader import make_reader
 
 from tests.cli.test_cli import CONFIG, refusal
 from tfra.cli.inputs import OPTIONS
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.model.converter import quantise
+from tfra.recordings.frames import Recording
 from tfra.recordings.input import PLAIN, Input, overridden
-from tfra.recordings.results import KEYS
+from tfra.recordings.results import KEYS, Estimate
 from tfra.runtime.outputs import write_npz
 
 PLAIN_CONFIG = CONFIG.partition("[[contact]]")[0]
@@ -126,6 +131,50 @@ def test_tables(form: str) -> None:
     for frame, row, column, *force in rows:
         assert force == expected["forces"][frame, :, row, column].tolist()
     assert len(set(rows)) == len(rows)
+
+
+def messages(path: str) -> list[tuple[int, dict[str, Any]]]:
+    """Times in ns and contents of the messages of forces, as the published schema has them."""
+    with open(f"{path}/forces.mcap", "rb") as stream:
+        found = list(make_reader(stream, validate_crcs=True).iter_messages(topics=["/forces"]))
+    contents = [json.loads(message.data) for _, _, message in found]
+    for content, (schema, channel, _) in zip(contents, found, strict=True):
+        assert (schema.name, schema.encoding, channel.message_encoding) == ("tfra.Forces", "jsonschema", "json")
+        jsonschema.validate(content, json.loads(schema.data) | {"additionalProperties": False})
+    return [(message.log_time, content) for (_, _, message), content in zip(found, contents, strict=True)]
+
+
+def test_messages() -> None:
+    expected = estimate("lab/skin.toml", "lab/frames.csv")
+    for out in ("r.mcap", "again.mcap"):
+        assert main(["estimate", "lab/skin.toml", "lab/frames.csv", "--out", out]) == 0
+    assert sorted(path.name for path in Path("r.mcap").iterdir()) == ["forces.mcap", "tfra-manifest.json"]
+    assert Path("r.mcap/forces.mcap").read_bytes() == Path("again.mcap/forces.mcap").read_bytes()
+    found = messages("r.mcap")
+    assert [time for time, _ in found] == [0, 250_000_000, 500_000_000]
+    for number, (_, content) in enumerate(found):
+        assert content["frame"] == number
+        assert list(content["force_n"].values()) == expected["resultant"][number].tolist()
+        assert (content["mu"], content["phi_deg"]) == (expected["mu"][number], expected["phi_deg"][number])
+        assert list(content["taxels_n"].values()) == expected["forces"][number].tolist()
+        assert (content["uncertainty_n"], content["status"]) == (None, [])
+
+
+def test_messages_at_times_that_mcap_cannot_hold_have_numbers() -> None:
+    for first, times in ((-1.0, [0, 10**9]), (1.5e9, [15 * 10**17, 15 * 10**17 + 10**9]), (1.7e13, [0, 10**9])):
+        np.savez("late.npz", frames=np.zeros((2, 5, 6)), time=first + np.arange(2))
+        assert main(["estimate", "skin.toml", "late.npz", "--out", "late.mcap"]) == 0
+        found = messages("late.mcap")
+        assert [time for time, _ in found] == times
+        assert found[0][1]["status"] == ["NO_CONTACT"]
+
+
+def test_messages_without_forces_at_the_taxels() -> None:
+    frames = np.load("frames.npz")["frames"]
+    found = load("skin.toml").design.float_model(frames)
+    alone = replace(found, forces=np.full_like(found.forces, np.nan))
+    _, _, said = Estimate(Recording(frames), alone, "float", "").messages()
+    assert ["taxels_n" in content for content in said] == [False] * 3
 
 
 def table(path: Path) -> dict[str, list[Any]]:

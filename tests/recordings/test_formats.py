@@ -353,14 +353,41 @@ def test_unsigned_codes_are_read_as_the_hint_says(tmp_path: Path) -> None:
         assert (read(tmp_path / "f.npy", given).frames[0, 0, :2] == 0).all()
 
 
+def test_frames_of_a_file_are_averaged(tmp_path: Path) -> None:
+    """The time is that of the last; what is left over is in none; the tare counts means."""
+    raw = np.arange(5 * 6).reshape(5, 6) ** 2
+    np.savetxt(tmp_path / "f.csv", np.column_stack([0.5 * np.arange(5), raw]), delimiter=",")
+    how = Input(unit="codes", skip_columns=1, average=2)
+    found = read(tmp_path / "f.csv", how)
+    assert found.time is not None
+    assert found.time.tolist() == [0.5, 1.5]
+    lsb = read(tmp_path / "f.csv", replace(how, average=1)).frames[0, 0, 1]
+    assert (found.frames == np.rint(raw[:4].reshape(2, 2, 2, 3).mean(axis=1) + 1e-9) * lsb).all()
+    assert found.doubts == ()
+    assert (read(tmp_path / "f.csv", replace(how, tare_frames=1)).frames[0] == 0).all()
+    few = "frames: 8 of them are one frame, the recording has 5 (--average)"
+    assert refusal(tmp_path / "f.csv", replace(how, average=8)).endswith(few)
+
+
+def test_codes_may_be_means(tmp_path: Path) -> None:
+    """Those of the core's counts are silent, however they are printed; other fractions are told."""
+    codes = np.random.default_rng(3).integers(-2000, 2000, (8, 64, 6))
+    for count in (2, 4, 64):
+        np.savetxt(tmp_path / "f.csv", codes[:, :count].mean(axis=1), delimiter=",", fmt="%.2f")
+        assert read(tmp_path / "f.csv", Input(unit="codes")).doubts == ()
+    np.savetxt(tmp_path / "f.csv", codes[:, :10].mean(axis=1), delimiter=",", fmt="%.1f")
+    (told,) = read(tmp_path / "f.csv", Input(unit="codes")).doubts or ()
+    reason = "that no mean of 2, 4, ... 64 codes has: is the unit Pa or kPa? (--unit)"
+    assert re.fullmatch(rf"codes have fractions, as -?[\d.]+, {re.escape(reason)}", told)
+
+
 @pytest.mark.parametrize(
     ("value", "coding", "said"),
     [
         (2048, "signed", "are they unsigned, at rest at about 0? (--coding unipolar)"),
-        (-1, "offset", "offset codes of 12 bits are whole numbers from 0 to 4095: are they signed? (--coding signed)"),
-        (-1, "unipolar", "unipolar codes of 12 bits are whole numbers from 0 to 4095: are they signed? (--coding sig"),
-        (0.5, "signed", "whole numbers from -2048 to 2047: is the unit Pa or kPa? (--unit)"),
-        (70000, "offset", "whole numbers from 0 to 4095: is the unit Pa or kPa? (--unit)"),
+        (-1, "offset", "offset codes of 12 bits are from 0 to 4095: are they signed? (--coding signed)"),
+        (-1, "unipolar", "unipolar codes of 12 bits are from 0 to 4095: are they signed? (--coding signed)"),
+        (70000, "offset", "codes of 12 bits are from 0 to 4095: is the unit Pa or kPa? (--unit)"),
     ],
 )
 def test_what_is_no_code(tmp_path: Path, value: float, coding: Any, said: str) -> None:

@@ -24,6 +24,7 @@ from tfra.recordings.diagnosis import warnings
 from tfra.recordings.frames import read_recording
 from tfra.recordings.front_end import Array, FrontEnd
 from tfra.recordings.input import PLAIN, Input, overridden
+from tfra.recordings.intake import Intake, averaged
 from tfra.recordings.levels import doubts
 from tfra.runtime.errors import InputError
 
@@ -42,13 +43,17 @@ DESIGN = TfraDesign(SENSOR, adc=ADC)
     dead=st.sampled_from([(), ((0, 0),), ((1, 2), (3, 4), (2, 2))]),
     spread=st.sampled_from([0.0, 0.3]),
     log2_tare=st.integers(0, 6),
+    log2_average=st.integers(0, 6),
     seed=st.integers(0, 1000),
 )
-def test_codes_are_the_words_of_the_core(seed: int, log2_tare: int, spread: float, **how: Any) -> None:
-    """With its registers and tables as stated, and its own tare."""
-    rng, words = np.random.default_rng(seed), Input(unit="codes", **how)
+def test_codes_are_the_words_of_the_core(
+    seed: int, log2_tare: int, log2_average: int, spread: float, **how: Any
+) -> None:
+    """With its registers and tables as stated, its own tare and its means; one that is not complete is none."""
+    rng, words = np.random.default_rng(seed), Input(unit="codes", average=1 << log2_average, **how)
     low = -(1 << (BITS - 1)) if words.coding == "signed" else 0
-    raw = rng.integers(low, low + (1 << BITS), (8 + (1 << log2_tare), SENSOR.rows, SENSOR.columns))
+    count = (7 << log2_average) + 1 + (1 << log2_tare)
+    raw = rng.integers(low, low + (1 << BITS), (count, SENSOR.rows, SENSOR.columns))
     rest = raw[: 1 << log2_tare]
     rest[:] = low + rng.integers(1 << 8, size=raw.shape[1:]) + rng.integers(20, size=rest.shape)
     gain = rng.uniform(1 - spread, 1 + spread, (SENSOR.rows, SENSOR.columns))
@@ -58,8 +63,28 @@ def test_codes_are_the_words_of_the_core(seed: int, log2_tare: int, spread: floa
     unit.tare()
     cleaned = unit(raw & 0xFFFF)
     assert unit.tables.offsets.tolist() == host.tables.offsets.tolist()
-    stress = host(raw[1 << log2_tare :].astype(np.float64))
+    stress = host(averaged(raw[1 << log2_tare :].astype(np.float64), words.average))
+    assert len(stress) == 7 + (log2_average == 0)
     assert (stress == cleaned.codes * ADC.lsb).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    average=st.sampled_from([1, 2, 4]),
+    tare_frames=st.integers(0, 5),
+    drift_frames=st.sampled_from([0, 3]),
+    cuts=st.lists(st.integers(0, 40), max_size=6),
+    seed=st.integers(0, 1000),
+)
+def test_frames_that_come_in_any_parts_are_those_of_the_whole(cuts: list[int], seed: int, **how: Any) -> None:
+    rng, words = np.random.default_rng(seed), Input(unit="codes", coding="offset", **how)
+    raw = rng.integers(1000, 1200, (40, SENSOR.rows, SENSOR.columns)).astype(np.float64)
+    means = raw[: 40 // words.average * words.average].reshape(-1, words.average, *raw.shape[1:]).mean(axis=1)
+    rest, shown = means[: words.tare_frames], means[words.tare_frames :]
+    expected = FrontEnd(ARRAY, words, rest if len(rest) else None)(shown)
+    intake = Intake(FrontEnd(ARRAY, words), ADC, words)
+    found = np.concatenate([intake(part) for part in np.split(raw, sorted(cuts))])
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("unit", ["Pa", "kPa", "codes"])

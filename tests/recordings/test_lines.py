@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import tfra.recordings.intake as module
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
@@ -61,6 +62,31 @@ def test_the_tare_is_that_of_the_first_frames_or_of_a_file(tmp_path: Path) -> No
         FrameLines(SENSOR, ADC, Input(tare=tmp_path / "none.csv"))
 
 
+def test_a_new_tare_is_the_next_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "TARE_FRAMES", 2)
+    for given, first in ((PLAIN, []), (Input(tare_frames=2), [0, 1])):
+        reader, taken = FrameLines(SENSOR, ADC, given), []
+        for at, frame in enumerate(reader.frames(lines(text_of(values=np.tile(TAXELS, (3, 1)))), lambda frame: None)):
+            if at == 0:
+                reader.intake.again()
+                assert reader.intake.told == "Tare: keep the array at rest."
+            taken.append(frame)
+        at = len(first) + 1  # that of the first frame after the first tare
+        rest = np.tile(TAXELS, (3, 1))[at : at + 2].mean(axis=0)
+        np.testing.assert_allclose(taken[1:], (np.tile(TAXELS, (3, 1))[at + 2 :] - rest).reshape(-1, 2, 3))
+        assert reader.intake.told.startswith("Tare: the mean of 2 frames")
+
+
+def test_a_tare_says_how_far_it_is_and_what_is_wrong_with_it() -> None:
+    reader = FrameLines(SENSOR, ADC, Input(tare_frames=3, unit="kPa"))
+    assert reader.intake.told == "Tare: keep the array at rest, 0 of 3 frames have come."
+    given = reader.frames(lines(text_of(values=TAXELS[[0, 0]]) + "# note"), lambda frame: None)
+    assert list(given) == []
+    assert reader.intake.told == "Tare: keep the array at rest, 2 of 3 frames have come."
+    list(reader.frames(lines(text_of(values=100 * TAXELS[:1])), lambda frame: None))
+    assert "was the array at rest in all 3 frames of it?" in reader.intake.told
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -87,7 +113,7 @@ def test_lines_that_are_all_wrong_say_why() -> None:
     (line,) = FrameLines(SENSOR, ADC, PLAIN).frames([(1, b"\xff\x80")], lambda frame: None)
     assert line == "line 1: is not UTF-8 text: is the baud rate of a serial port right?"
     (line,) = read("1,2,3,4,5,4000", Input(unit="codes"))
-    assert str(line).startswith("line 1: row 1, column 2 is 4000, signed codes of 12 bits are whole numbers from ")
+    assert str(line).startswith("line 1: row 1, column 2 is 4000, signed codes of 12 bits are from ")
 
 
 def test_a_frame_that_its_reader_refuses() -> None:

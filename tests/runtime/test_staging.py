@@ -2,18 +2,21 @@
 
 import errno
 import os
+import resource
 import shutil
 import signal
 import sys
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
 
 from tests.runtime.test_outputs import has, make, tree
 from tfra.runtime import staging
+from tfra.runtime.errors import InputError
 from tfra.runtime.ownership import directory_objection, file_objection
 
 SYSTEM_CALLS = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.symlink", "os.truncate", "open", "ctypes.dlsym")
@@ -96,6 +99,59 @@ def test_death_at_every_step_leaves_old_or_new(
     assert seen == sorted(seen, reverse=True)  # old up to a step, new from there on
     assert set(seen) == {0, 1}
     assert bool(absent) != exchange
+
+
+@contextmanager
+def free_handles(count: int) -> Iterator[None]:
+    """All file handles but ``count`` are in use."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    held: list[int] = []
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (200, hard))
+        with suppress(OSError):
+            while True:
+                held.append(os.dup(0))
+        for handle in held[:count]:
+            os.close(handle)
+        del held[:count]
+        yield
+    finally:
+        for handle in held:
+            os.close(handle)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.parametrize("suffix", ["", ".npz"])
+def test_nothing_stays_where_file_handles_run_out(tmp_path: Path, suffix: str) -> None:
+    out, written = tmp_path / f"out{suffix}", []
+    make(out, "old")
+    for count in range(16):
+        with free_handles(count):
+            said = ""
+            try:
+                make(out, "new")
+            except InputError as error:
+                said = str(error)
+        written.append(not said)
+        assert said in ("", f"{out}: cannot be written: Too many open files")
+        assert has(out, "old" if said else "new"), count
+    assert written == sorted(written)
+    assert set(written) == {False, True}
+
+
+def test_a_folder_goes_without_file_handles(tmp_path: Path) -> None:
+    """Whatever uses them up while it is filled."""
+    with suppress(RuntimeError), ExitStack() as stack:
+        stack.enter_context(free_handles(20))
+        held = stack.enter_context(ExitStack())  # until the folder is gone
+        new = stack.enter_context(staging.staged(tmp_path / "out", lambda place: None))
+        (new / "a" / "b" / "c").mkdir(parents=True)
+        (new / "a" / "b" / "c" / "core.v").touch()
+        with suppress(OSError):
+            while True:
+                held.callback(os.close, os.dup(0))
+        raise RuntimeError
+    assert os.listdir(tmp_path) == []
 
 
 def test_without_an_exchange_what_changes_meanwhile_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

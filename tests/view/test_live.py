@@ -137,6 +137,65 @@ def test_pause_reload_and_what_breaks(tab: Browser, made: tuple[Any, Floats]) ->
         assert tab.messages == []
 
 
+def test_the_server_may_go_when_the_page_has_all(tab: Browser, made: tuple[Any, Floats]) -> None:
+    design, frames = made
+    with sending(design) as sent:
+        sent.send(*frames[:2])
+        open_page(tab, sent)
+        sent.send(*frames[2:], None)
+        sent.feed.wait_for_pages(one=True)
+        drawn = sent.feed.counts["drawn"]
+    sent.seen(tab, len(frames))
+    assert state(tab) == "<b>here</b> has ended."
+    tab.until("play.textContent == 'Follow'")
+    assert f", {drawn} drawn here." in tab.evaluate("document.getElementById('counts').textContent")
+    fill(tab, "frame", 3, "input")
+    np.testing.assert_allclose(numbers(tab, "mu"), Tfra.of(design)(frames).mu[3], rtol=6e-4)
+    tab.evaluate("play.click()")
+    tab.until("play.textContent == 'Follow'")
+    assert state(tab) == "<b>here</b> has ended."
+
+
+def test_a_page_that_pauses_does_not_have_all(tab: Browser, made: tuple[Any, Floats]) -> None:
+    design, frames = made
+    with sending(design) as sent:
+        sent.send(frames[0])
+        open_page(tab, sent)
+        tab.evaluate("play.click()")
+        sent.feed.wait_for_pages(one=False)
+        sent.send(frames[1], None)
+        assert not sent.feed.is_read
+        tab.evaluate("play.click()")
+        sent.feed.wait_for_pages(one=True)
+        sent.seen(tab, 2)
+
+
+class Taring:
+    """A tare that is asked for."""
+
+    told = ""
+
+    def again(self) -> None:
+        self.told = "Tare: keep the array at rest."
+
+
+def test_a_button_asks_for_a_new_tare(tab: Browser, made: tuple[Any, Floats]) -> None:
+    design, frames = made
+    with sending(design) as sent:
+        sent.send(frames[0])
+        open_page(tab, sent)
+        assert tab.evaluate("document.getElementById('taring').hidden")
+        sent.feed.tare = Taring()
+        tab.until("!document.getElementById('taring').hidden")
+        tab.evaluate("document.getElementById('tare').click()")
+        tab.until("document.getElementById('tared').textContent == 'Tare: keep the array at rest.'")
+        sent.feed.tare.told = "Tare: the mean of 3 frames."
+        tab.until("document.getElementById('tared').textContent == 'Tare: the mean of 3 frames.'")
+        sent.send(None)
+        tab.until("document.getElementById('tare').hidden")
+        assert tab.messages == []
+
+
 def test_a_command_that_was_ended(tab: Browser, made: tuple[Any, Floats]) -> None:
     design, frames = made
     with sending(design) as sent:
@@ -182,6 +241,7 @@ def test_nothing_is_wider_than_the_window(tab: Browser, made: tuple[Any, Floats]
         tab.until(f"document.querySelector('#panels svg').clientWidth <= {width}")
         assert tab.evaluate("document.documentElement.scrollWidth") == width
         assert tab.evaluate(WIDER) == []
+        assert tab.evaluate("document.getElementById('frame').max") == "7"
 
 
 @pytest.mark.long
@@ -191,6 +251,8 @@ def test_accessibility(tab: Browser, made: tuple[Any, Floats]) -> None:
     with sending(design) as sent:
         tab.open(sent.address)
         assert faults(tab) == []
+        sent.feed.tare = Taring()
+        sent.feed.tare.again()
         sent.send("line 1: no", *frames)
         tab.until("document.body.dataset.ready")
         assert faults_at_all_widths(tab) == []

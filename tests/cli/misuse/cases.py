@@ -231,6 +231,7 @@ RECORDINGS = [
     Misuse("two tares as options", nothing, f"{GOOD} --tare a.npy --tare-frames 9"),
     Misuse("a tare longer than the recording", nothing, f"{GOOD} --tare-frames 9"),
     Misuse("a tare of another sensor", array(np.zeros((3, 7))), f"{GOOD} --tare wrong.npy"),
+    Misuse("a mean that the core has not", nothing, f"{GOOD} --average 3"),
     Misuse("pascals as codes", nothing, f"{GOOD} --unit codes"),
     Misuse("offset binary as signed codes", recorded(lambda b: codes(b) + 8192), f"{NPY} --unit codes"),
     Misuse("signed codes as offset binary", recorded(codes), f"{NPY} --unit codes --coding offset"),
