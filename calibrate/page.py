@@ -73,8 +73,7 @@ def compared(errors: Sequence[Errors]) -> Table:
     rows = [
         (
             each.estimator,
-            100 * each.force_before,
-            100 * each.force_after,
+            *(number(100 * value) for value in (each.force_before, each.force_after)),
             *(_known(value) for value in (each.mu_before, each.mu_after, each.phi_before, each.phi_after)),
         )
         for each in errors
@@ -82,18 +81,17 @@ def compared(errors: Sequence[Errors]) -> Table:
     return Table("Median errors on the loads, with CONFIG as it is and after the calibration", names, rows)
 
 
-def _known(value: float) -> float | None:
-    return None if np.isnan(value) else value
+def _known(value: float) -> str | None:
+    return None if np.isnan(value) else number(value)
 
 
 def _loads(found: Calibrated) -> Table:
     names = ("recording", "line", "F_n / N", "shown / N", "F_t / N", "x / mm", "y / mm", "radius / mm", "frames")
     rows = []
     for at, (reading, load) in enumerate(zip(found.pressed, found.loads, strict=True)):
-        fit, place = found.fit, 1e3 * found.fit.place[at]
+        fit, (x, y) = found.fit, 1e3 * found.fit.place[at]
         pulled = float(np.hypot(*fit.tangential[at])) if load.tangential else None
-        rows.append((
-            load.recording, load.line, load.normal, load.normal * found.shown[at], pulled,
-            place[0], place[1], 1e3 * fit.radius[at], f"{reading.span[0]}-{reading.span[1]}",
-        ))  # fmt: skip
+        values = load.normal, load.normal * found.shown[at], pulled, x, y, 1e3 * fit.radius[at]
+        shown = [None if value is None else number(value, 4) for value in values]
+        rows.append((load.recording, load.line, *shown, f"{reading.span[0]}-{reading.span[1]}"))
     return Table("Loads as the fit sees them; places and radii are its own", names, rows)
