@@ -32,7 +32,7 @@ PLACEHOLDERS = {
 }
 """What a page leaves to the reader, and a value of it."""
 
-LONG = {"synth", "study", "paper", "live", "train", "verify"}
+LONG = {"calibrate", "synth", "study", "paper", "live", "train", "verify"}
 """Commands of which only the arguments are checked here, since they take long or never end: other tests run them."""
 
 TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
