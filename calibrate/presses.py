@@ -131,8 +131,11 @@ def _parts(file: Path, load: Load, levels: Floats) -> tuple[Ints, tuple[int, int
     width = math.ceil(max(1.0, (blur / BLURRED) ** 2))
     share = uniform_filter1d(flat @ loaded / energy, width)
     tolerance = max(STEADY, 4 * blur / math.sqrt(width))
-    usual, end = float(np.median(share[share > 0.5])), float(np.median(share[-start:]))
-    first, last = load.frames or _longest(np.abs(share - usual) < tolerance)
+    usual, end = float(np.median(share[share > share.max() / 2])), float(np.median(share[-start:]))
+    steady = np.abs(share - usual) < tolerance
+    if not (load.frames or steady.any()):
+        raise InputError(file, "", "no frames look alike under the load: hold it for longer")
+    first, last = load.frames or _longest(steady)
     resting, ended = np.abs(share) < tolerance, np.abs(share - end * (abs(end) < RETURNED)) < tolerance
     near = 1 + width // 2  # within so many frames the load may be on its way
     before, after = np.flatnonzero(resting[:first]), last + 1 + np.flatnonzero(ended[last + 1 :])

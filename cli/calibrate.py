@@ -43,7 +43,7 @@ def calibrate(
     """Find gains, offsets, dead taxels, the cover's thickness and how the array lies, from loads that are known.
 
     A load is an array at rest, a weight on a ball, a flat punch or a finger anywhere, a pull, or an even pressure.
-    Writes cal.toml for [input] calibration, tables for a core's front end, and a page, index.html.
+    Writes cal.toml, which CONFIG's section input names, tables for a core's front end, and a page, index.html.
     """
     require("tfra calibrate", "calibrate", "matplotlib")
     from tfra.calibrate.advice import advice

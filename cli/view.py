@@ -50,10 +50,11 @@ def _page(paths: list[Path], selected: Callable[[int], range]) -> tuple[str, Cho
     """The page of the results at ``paths``, and the frames on it, of those ``selected`` by their number."""
     from tfra.view.pack import Chosen
     from tfra.view.page import render, require_few
-    from tfra.view.resultfile import read_all
+    from tfra.view.resultfile import read_all, require_results
     from tfra.view.skin_page import chosen_frames, render_skin
     from tfra.view.skinfile import is_of_skin, read_skin
 
+    require_results(paths)
     if any(is_of_skin(path) for path in paths):
         if len(paths) > 1:
             raise InputError("tfra view", "RESULT.npz", f"the result of a skin has a page of its own, got {len(paths)}")

@@ -81,6 +81,14 @@ def read_all(paths: Sequence[Path]) -> tuple[list[Recorded], list[References]]:
     return results, [_references(path, first) for path, kind in kinds.items() if kind is References]
 
 
+def require_results(paths: Sequence[Path]) -> None:
+    """Raise ``InputError`` for a file that by its name is no result, as a recording."""
+    for path in paths:
+        if path.suffix != ".npz" and path.exists():
+            reason = "a page shows results: tfra estimate CONFIG RECORDING --out RESULT.npz makes one of a recording"
+            raise InputError(path, "", reason)
+
+
 def _kind(path: Path) -> type[Recorded] | type[References]:
     with archive(path) as found:
         if "forces" in found.keys:

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
 
 from tfra.calibrate.loads import Load
 from tfra.calibrate.presses import read_press, read_rest, rearranged
@@ -95,3 +98,16 @@ def test_taxels_move_between_the_ways_of_a_recording() -> None:
         for after in ways:
             moved = rearranged(arranged(flat, before, sensor)[0], before, after, sensor)
             assert (moved == arranged(flat, after, sensor)[0]).all()
+
+
+@given(
+    levels=arrays(np.float64, array_shapes(min_dims=3, max_dims=3, max_side=12), elements=st.floats(-4096, 4096)),
+    frames=st.none() | st.tuples(st.integers(0, 12), st.integers(0, 12)).map(lambda pair: (min(pair), max(pair))),
+)
+def test_any_recording_is_read_or_refused_in_a_line(levels: Floats, frames: tuple[int, int] | None) -> None:
+    try:
+        found = read_press(FILE, Load("press", 2, normal=5.0, frames=frames), levels)
+    except InputError:
+        return
+    assert np.isfinite(found.deviation).all()
+    assert 0 < found.span[0] <= found.span[1] < len(levels)

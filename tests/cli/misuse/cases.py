@@ -267,9 +267,19 @@ PAGES = [
     Misuse("a result of an earlier version", result(unlabelled), VIEW.format("wrong.npz")),
     Misuse("results of two sensors", result(config=OTHER), VIEW.format("wrong.npz")),
     Misuse("a result twice", result(), VIEW.format("r.npz")),
+    Misuse("a recording as a result", raw("log.csv", b"1,2,3\n"), "view log.csv --out page.html"),
     Misuse("nobody at an address", nothing, LIVE.format("tcp://127.0.0.1:1")),
     Misuse("a rate for a stream", nothing, LIVE.format("- --rate 50")),
     Misuse("a port that is none", nothing, LIVE.format("frames.npz --port 99999")),
+]
+
+CALIBRATE = "calibrate skin.toml frames.npz --loads loads.csv --out cal"
+
+CALIBRATION = [
+    Misuse("an unknown column of loads", raw("loads.csv", b"recording,force\nframes,5\n"), CALIBRATE),
+    Misuse("an angle as a force", raw("loads.csv", b"recording,force_n,tangential_n\nframes,5,30\n"), CALIBRATE),
+    Misuse("a load of no recording", raw("loads.csv", b"recording,force_n\nball,5\n"), CALIBRATE),
+    Misuse("a load that starts at once", raw("loads.csv", b"recording,force_n\nframes,5\n"), CALIBRATE),
 ]
 
 LEARNED = [
@@ -362,7 +372,10 @@ STUDIES = [
     Misuse("a work folder with notes", lambda: (_study("")(), notes()), f"{STUDY} --work notes"),
 ]
 
-CASES = RECORDINGS + DOUBTS + PAGES + FILES + DESCRIPTION + LEARNED + TRAINING + BEGINNING + OPTIONS + OUTPUTS + STUDIES
+CASES = [
+    *RECORDINGS, *DOUBTS, *PAGES, *FILES, *DESCRIPTION, *CALIBRATION, *LEARNED, *TRAINING, *BEGINNING, *OPTIONS,
+    *OUTPUTS, *STUDIES,
+]  # fmt: skip
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:
