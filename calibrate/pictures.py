@@ -140,15 +140,18 @@ def _profile(found: Calibrated, thickness: float, radius: float) -> tuple[Floats
 def _residuals(found: Calibrated) -> Figure:
     worst = np.argsort(-np.abs(found.residual).max(axis=(1, 2)), kind="stable")[:MOST_LOADS]
     chosen = np.sort(worst)
-    columns = min(8, len(chosen))
-    rows = -(-len(chosen) // columns)
-    figure = Figure(figsize=(8.5, 0.4 + 1.35 * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False)
-    limit = max(0.01, float(np.abs(found.residual).max()))
-    for axes in grid.ravel():
-        axes.set_axis_off()
-    for axes, at in zip(grid.ravel(), chosen, strict=False):
-        shown = _map(axes, 100 * found.residual[at], (-100 * limit, 100 * limit), "RdBu")
-        axes.set_title(found.loads[at].recording[:14], fontsize=6)
-    figure.colorbar(shown, ax=grid, label="% of the peak", shrink=0.8)
+    across = min(8, len(chosen))
+    down = -(-len(chosen) // across)
+    (rows, columns), gap = found.shape, 1 + max(found.shape) // 6
+    mosaic = np.full((down * (rows + gap), across * (columns + gap)), np.nan)
+    figure = Figure(figsize=(8.5, 1.0 + 8.0 * len(mosaic) / mosaic.shape[1]))
+    axes = figure.add_axes((0.01, 0.02, 0.86, 0.96))
+    limit = max(1.0, 100 * float(np.abs(found.residual).max()))
+    for place, at in enumerate(chosen):
+        row, column = (down - 1 - place // across) * (rows + gap), place % across * (columns + gap)
+        mosaic[row : row + rows, column : column + columns] = 100 * found.residual[at]
+        axes.text(column - 0.5, row + rows - 0.3, found.loads[at].recording[:14], fontsize=6, va="bottom")
+    shown = _map(axes, mosaic, (-limit, limit), "RdBu")
+    axes.set_axis_off()
+    figure.colorbar(shown, cax=figure.add_axes((0.9, 0.1, 0.02, 0.8)), label="% of the peak")
     return figure

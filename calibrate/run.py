@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tfra.calibrate.calibrated import Calibrated, is_off, shown
-from tfra.calibrate.fit import SPREAD, Fit, Known, Readings, fit
+from tfra.calibrate.fit import MOST_STEPS, SPREAD, Fit, Known, Readings, fit
 from tfra.calibrate.loads import Load, read_loads
 from tfra.calibrate.orientation import Orientation, is_square, orientation, transposed
-from tfra.calibrate.presses import Reading, read_press, read_rest
+from tfra.calibrate.presses import Reading, read_press, read_rest, rearranged
 from tfra.model.arrays import Bools, Floats
 from tfra.recordings.calibration import MOST_GAIN, marked
 from tfra.recordings.frames import levels_of
@@ -34,6 +34,9 @@ CLIPPED = 2.0
 FAR, ANY = 0.7, 1.0
 """A force that differs from the sum of its readings by more, as a logarithm, and the error that it has then."""
 
+COARSE = 15
+"""Steps of a fit that shows which order is right: the wrong one would go on for long."""
+
 LEAST_SPREAD = 0.01
 """Of the sensitivities over their mean: no sensor's are more alike."""
 
@@ -50,14 +53,13 @@ Advance = Callable[[str], None]
 """Is told what begins."""
 
 
-class _Attempt(NamedTuple):
-    """A fit of ``readings`` whose taxels lie as ``given`` says; ``pressed``: those under a load, in the fit's order."""
+class _Placed(NamedTuple):
+    """``readings`` whose taxels lie as ``given`` says, those under a load, and what they tell the fit, in its order."""
 
     given: Input
     readings: tuple[Reading, ...]
     pressed: tuple[Reading, ...]
     told: Readings
-    fit: Fit
 
 
 def calibrate(array: Array, config: Input, files: Sequence[Path], table: Path, advance: Advance) -> Calibrated:
@@ -71,40 +73,52 @@ def calibrate(array: Array, config: Input, files: Sequence[Path], table: Path, a
         raise InputError(table, "force_n", "at least one load with a normal force is needed")
     plain = _signed(plain, readings)
     advance("fitting the loads")
-    best = _attempt(array, plain, plain, readings)
+    placed = [_placed(array, plain, plain, readings)]
     if not is_square(array.sensor):
-        best = min(best, _attempt(array, plain, transposed(plain), readings), key=lambda each: each.fit.cost)
-    found = orientation(array.sensor, best.given, tuple(reading.load for reading in best.pressed), best.fit)
-    if found.given != best.given:
-        best = _attempt(array, best.given, found.given, best.readings)
-    _check_unit(table, best.given, 1 / float(np.median(best.fit.sensitivity)))
+        placed.append(_placed(array, plain, transposed(plain), readings))
+    coarse = [_fit(array, each, COARSE) for each in placed]
+    here, first = min(zip(placed, coarse, strict=True), key=lambda each: each[1].cost)
+    ends = _fit(array, here, MOST_STEPS, start=first)
+    goes_on = _fit(array, here, MOST_STEPS, MARGIN * array.sensor.thickness, ends)
+    first = min(ends, goes_on, key=lambda each: each.cost)
+    _check_unit(table, here.given, 1 / float(np.median(first.sensitivity)))
+    found = orientation(array.sensor, here.given, tuple(reading.load for reading in here.pressed), first)
     advance("fitting the cover")
-    return _refined(array, config, table, best, found)
+    return _refined(array, config, table, here, first, found)
 
 
-def _refined(array: Array, config: Input, table: Path, first: _Attempt, found: Orientation) -> Calibrated:
-    """Fit again, with the spread of the gains and the misfit of the model that the ``first`` fit shows."""
+def _fit(array: Array, placed: _Placed, steps: int, margin: float = 0.0, start: Fit | None = None) -> Fit:
+    """A fit with gains that are alike but for SPREAD, and forces that the sums of the readings confirm."""
+    known = _known(array, placed.pressed)
+    balance = np.log(np.abs((placed.told.value * placed.told.told).sum(axis=1) / known.normal))
+    known = _unsure(known, np.abs(balance - np.median(balance)) > FAR)
+    return fit(array.sensor, margin, known, placed.told, SPREAD, steps, start)
+
+
+def _refined(array: Array, config: Input, table: Path, before: _Placed, first: Fit, found: Orientation) -> Calibrated:
+    """Fit again, with the taxels in their places, and the spread and the misfit that the ``first`` fit shows."""
     sensor = array.sensor
-    known = _unsure(_known(array, first.pressed), is_off(shown(first.fit, first.told)))
-    numb = np.abs(first.fit.sensitivity) + first.fit.sensitivity_error < NUMB * abs(np.median(first.fit.sensitivity))
-    told = first.told._replace(told=first.told.told & ~numb)
-    spread, misfit = _spread(first.fit, told), _misfit(first.fit, told)
+    numb = np.abs(first.sensitivity) + first.sensitivity_error < NUMB * abs(np.median(first.sensitivity))
+    answered = before.told._replace(told=before.told.told & ~numb)
+    spread, misfit = _spread(first, answered), _misfit(first, answered)
+    known = _unsure(_known(array, before.pressed), is_off(shown(first, before.told)))
+    placed = _placed(array, before.given, found.given, before.readings)
+    numb = rearranged(numb.reshape(sensor.rows, -1), before.given, found.given, sensor).ravel()
+    told = placed.told._replace(told=placed.told.told & ~numb)
     told = told._replace(error=np.hypot(told.error, misfit * _peaks(told)))
-    margins = 0.0, MARGIN * sensor.thickness
-    best = min((fit(sensor, margin, known, told, spread) for margin in margins), key=lambda each: each.cost)
     return Calibrated(
         array=array,
         config=config,
-        given=first.given,
+        given=placed.given,
         table=table,
-        readings=first.readings,
-        pressed=first.pressed,
+        readings=placed.readings,
+        pressed=placed.pressed,
         told=told,
-        fit=best,
+        fit=fit(sensor, first.margin, known, told, spread),
         spread=spread,
         misfit=misfit,
         dead=~told.told.any(axis=0).reshape(sensor.rows, sensor.columns),
-        noise=_noise(first.readings),
+        noise=_noise(placed.readings),
         orientation=found,
     )
 
@@ -120,15 +134,11 @@ def _check_unit(table: Path, given: Input, common: float) -> None:
         raise InputError(table, "force_n", f"all loads show {1 / common:.3g} times their forces: look at {key}")
 
 
-def _attempt(array: Array, before: Input, after: Input, readings: tuple[Reading, ...]) -> _Attempt:
-    """Fit ``readings``, whose taxels lie as ``before``, as if they lay as ``after``; gains are alike but for SPREAD."""
+def _placed(array: Array, before: Input, after: Input, readings: tuple[Reading, ...]) -> _Placed:
+    """``readings``, whose taxels lie as ``before``, as if they lay as ``after``."""
     placed = tuple(reading.placed(before, after, array.sensor) for reading in readings)
     pressed = tuple(reading for reading in placed if not reading.load.at_rest)
-    told = _told(array, after, placed, pressed)
-    known = _known(array, pressed)
-    balance = np.log(np.abs((told.value * told.told).sum(axis=1) / known.normal))
-    known = _unsure(known, np.abs(balance - np.median(balance)) > FAR)
-    return _Attempt(after, placed, pressed, told, fit(array.sensor, 0.0, known, told, SPREAD))
+    return _Placed(after, placed, pressed, _told(array, after, placed, pressed))
 
 
 def _unsure(known: Known, which: Bools) -> Known:

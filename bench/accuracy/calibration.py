@@ -86,15 +86,24 @@ def forces(sensor: Sensor, found: Calibrated, estimator: Callable[[SensorArray],
     stress = loads.stress(sensor.nominal, sensor.layer)
     shape = sensor.shape
     given = replace(sensor.given, pa_per_code=sensor.pascals)
-    rest = arranged(sensor.codes(np.zeros((REST, *shape))), given, sensor.nominal)
-    levels = arranged(np.concatenate([sensor.codes(frame[None]) for frame in stress]), given, sensor.nominal)
+    at_rest = np.zeros((REST, *shape))
+    levels = [arranged(sensor.codes(np.concatenate([at_rest, frame[None]])), given, sensor.nominal) for frame in stress]
     known = Calibration(found.gain, None, found.dead)
-    raw, clean = (FrontEnd(found.array, given, rest, each)(levels) for each in (None, known))
+    raw, clean = (_tared(FrontEnd(found.array, given, None, each), levels) for each in (None, known))
     noise = NOISE * sensor.pascals * 2.0**sensor.adc.bits
     perfect = stress + noise * sensor.rng.standard_normal(stress.shape)
     cover, true = (replace(sensor.nominal, thickness=each) for each in (found.fit.thickness, sensor.thickness))
     cases = {"before": (sensor.nominal, raw), "after": (cover, clean), "perfect": (true, perfect)}
     return {name: _error(estimator(array)(frames), loads) for name, (array, frames) in cases.items()}
+
+
+def _tared(convert: FrontEnd, recordings: Sequence[Floats]) -> Floats:
+    """The stress of the last frame of each, ``(n, rows, columns)``; those before it are at rest."""
+    found = []
+    for levels in recordings:
+        convert.tare(levels[:-1])
+        found.append(convert(levels[-1:]))
+    return np.concatenate(found)
 
 
 def _tfra(sensor: SensorArray) -> Model:
