@@ -1,10 +1,9 @@
 """What a calibration says of the one sensor that a network is trained for."""
 
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
-from pydantic import JsonValue
 
 from tfra.model.arrays import Floats, Ints, Singles
 from tfra.model.fixed.dead_taxels import repairs
@@ -32,7 +31,7 @@ class Known:
     cover: Cover | None = None
     dead: Ints = field(default_factory=_none)
     repairs: Ints = field(default_factory=_none)
-    facts: JsonValue = None
+    facts: dict[str, Any] | None = None
 
     @classmethod
     def of(cls, calibration: Calibration, sensor: SensorArray) -> Self:
