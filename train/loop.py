@@ -96,7 +96,8 @@ class State:
 class Trainer:
     """The frames of a training of C1, C2 = ``counts``; ``advance(1)`` is called for each of ``COVERS`` covers.
 
-    ``simulate`` makes their loads: of a whole array, or of the windows of a skin; ``known`` is what is of the sensor.
+    ``simulate`` makes their loads: of a whole array, or of the windows of a skin.  ``known``: what a calibration
+    says of the array.
     """
 
     def __init__(

@@ -70,7 +70,7 @@ def run(
 ) -> Trained:
     """Train the network of ``sensor``; the state is stored in ``folder``, where the same training continues.
 
-    What is ``known`` of one array, which is no window, makes its frames, those of the errors, too.
+    Its frames, and those of the errors, are of the array that is ``known``, which is no window.
 
     Raises ``InputError`` for a folder that can't be used, and :class:`tfra.train.loop.DivergedError`.
     """

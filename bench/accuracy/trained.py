@@ -1,6 +1,6 @@
 """A training for one calibrated sensor against one that knows no sensor, on the frames of that sensor.
 
-``python -m bench.accuracy.trained 2 20000`` prints the force errors of two simulated sensors after 20,000 steps each.
+``python -m bench.accuracy.trained`` prints the force errors of two simulated sensors, as docs/training.md has them.
 """
 
 import sys
