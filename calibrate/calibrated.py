@@ -11,6 +11,7 @@ from tfra.calibrate.loads import Load
 from tfra.calibrate.orientation import Orientation
 from tfra.calibrate.presses import Reading
 from tfra.model.arrays import Bools, Floats
+from tfra.recordings.calibration import Cover
 from tfra.recordings.front_end import Array
 from tfra.recordings.input import Input
 
@@ -36,6 +37,11 @@ def is_off(ratio: Floats) -> Bools:
     """Which loads show another force than that of the table, by the ``ratio (n,)`` of both."""
     usual = float(np.median(np.abs(ratio - np.median(ratio)))) * 1.48
     return np.asarray(np.abs(ratio - 1) > max(OFF, SURELY * usual))
+
+
+def short(value: float) -> float:
+    """Six digits are more than any calibration knows."""
+    return float(f"{value:.6g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +82,17 @@ class Calibrated:
     def common(self) -> float:
         """The usual gain: by how much more the loads press than the readings say."""
         return float(1 / np.average(self.fit.sensitivity, weights=self.fit.sensitivity_error**-2.0))
+
+    @property
+    def cover(self) -> Cover:
+        """That which acts."""
+        fit = self.fit
+        return Cover(
+            thickness_mm=short(1e3 * fit.thickness),
+            thickness_error_mm=short(1e3 * fit.thickness_error),
+            poisson=short(fit.poisson),
+            poisson_error=short(fit.poisson_error),
+        )
 
     @property
     def ends(self) -> Bools:

@@ -6,6 +6,7 @@ import numpy as np
 
 from tfra.calibrate.calibrated import NOISY, Calibrated
 from tfra.calibrate.orientation import name
+from tfra.recordings.calibration import SURE
 from tfra.recordings.input import codes_of
 from tfra.report.table import listed, number
 
@@ -109,11 +110,11 @@ def _taxels(found: Calibrated) -> Iterator[str]:
 
 
 def _cover(found: Calibrated) -> Iterator[str]:
-    config, fit = found.array.sensor.thickness, found.fit
-    if abs(fit.thickness - config) > max(1.96 * fit.thickness_error, 0.03 * config):
-        value, error = 1e3 * fit.thickness, 1.96e3 * fit.thickness_error
+    config_mm, cover = 1e3 * found.array.sensor.thickness, found.cover
+    if cover.is_other(config_mm):
+        value, error = cover.thickness_mm, SURE * cover.thickness_error_mm
         yield (
-            f"[sensor]: the cover acts as one of {value:.3g} +- {error:.2g} mm, CONFIG says {1e3 * config:g} mm: "
+            f"[sensor]: the cover acts as one of {value:.3g} +- {error:.2g} mm, CONFIG says {config_mm:g} mm: "
             f"thickness_mm = {value:.3g} is needed, and weights that were trained for it"
         )
     if found.misfit > LEFT:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from tfra.calibrate.calibrated import Calibrated
+from tfra.calibrate.calibrated import Calibrated, short
 from tfra.model.arrays import Floats, Ints
 from tfra.model.fixed.front_end import Settings, Tables
 from tfra.model.fixed.repair import ONE, targets
-from tfra.recordings.calibration import Calibration, Cover, File, written
+from tfra.recordings.calibration import Calibration, File, written
 from tfra.recordings.front_end import FrontEnd
 
 TOML = "cal.toml"
@@ -62,7 +62,7 @@ def write(found: Calibrated, folder: Path) -> None:
 
 
 def _toml(found: Calibrated) -> str:
-    fit, given = found.fit, found.given
+    given = found.given
     return written(
         File(
             form="tfra-calibration-1",
@@ -75,23 +75,13 @@ def _toml(found: Calibrated) -> str:
             rest=_rows(found.rest),
             noise=_rows(found.noise),
             dead=[[int(row), int(column)] for row, column in np.argwhere(found.dead)],
-            cover=Cover(
-                thickness_mm=_short(1e3 * fit.thickness),
-                thickness_error_mm=_short(1e3 * fit.thickness_error),
-                poisson=_short(fit.poisson),
-                poisson_error=_short(fit.poisson_error),
-            ),
+            cover=found.cover,
         )
     )
 
 
 def _rows(table: Floats) -> list[list[float]]:
-    return [[_short(value) for value in row] for row in table]
-
-
-def _short(value: float) -> float:
-    """Six digits are more than any calibration knows."""
-    return float(f"{value:.6g}")
+    return [[short(value) for value in row] for row in table]
 
 
 def as_json(settings: Settings, tables: Tables) -> str:

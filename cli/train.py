@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,10 +12,12 @@ import typer
 
 from tfra.cli.common import Config, Json, Seed, WorkFolder, failures, print_json, progress
 from tfra.cli.messages import print_error
-from tfra.runtime.errors import InputError, require
+from tfra.runtime.errors import InputError, Notice, require
 
 if TYPE_CHECKING:
+    from tfra.codegen.config.read import Project
     from tfra.codegen.config.weights import Trained
+    from tfra.train.known import Known
     from tfra.train.loop import State
     from tfra.train.run import Advance
 
@@ -28,6 +31,9 @@ Minutes = Annotated[
 ]
 Steps = Annotated[
     int | None, typer.Option(min=1, max=10**9, metavar="N", help="Steps of 512 frames; default: 120,000.")
+]
+CalibrationFile = Annotated[
+    Path | None, typer.Option("--calibration", metavar="CAL.toml", help="Train for the one sensor of this file.")
 ]
 Channels = Annotated[
     tuple[int, int] | None,
@@ -47,14 +53,16 @@ def train(
     steps: Steps = None,
     seed: Seed = 1,
     channels: Channels = None,
+    calibration: CalibrationFile = None,
     work: WorkFolder = None,
     force: Force = False,
     json: Json = False,
 ) -> None:
     """Train the learned estimator of CONFIG's sensor on simulated contacts, and tell its errors on other ones.
 
-    Of a skin it is that of a window: the same weights serve every skin with this pitch, cover and window.  Better
-    weights of the same sensor are kept, and the new ones written beside them.
+    Of a skin it is that of a window: the same weights serve every skin with this pitch, cover and window.  Those of a
+    calibration are for one array, with its errors of gains, its cover and its dead taxels.  Better weights of the
+    same sensor are kept, and the new ones written beside them.
     """
     require("tfra train", "train", "threadpoolctl")
     if minutes is not None and steps is not None:
@@ -62,6 +70,7 @@ def train(
     from tfra.codegen.config.read import load_tfra
     from tfra.codegen.config.weights import write_weights
     from tfra.runtime.outputs import check_file
+    from tfra.train.known import UNKNOWN
     from tfra.train.loop import DivergedError
     from tfra.train.run import Budget, run
 
@@ -69,9 +78,10 @@ def train(
     window = project.skin is not None
     units = channels or ((96, 48) if window else (48, 24))
     budget = Budget(units, seed, steps, minutes, window)
-    check_file(out, ".npz", "train", [config])
+    known = _known(calibration, project) if calibration else UNKNOWN
+    check_file(out, ".npz", "train", [config, *([calibration] if calibration else [])])
     with failures("train", DivergedError, hint=": another --seed may help"):
-        trained = run(project.design.sensor, budget, work or Path(f"{out}.work"), _progress)
+        trained = run(project.design.sensor, budget, work or Path(f"{out}.work"), _progress, known)
     kept = None if force else _better(out, trained)
     to = out.with_suffix(".new.npz") if kept else out
     write_weights(to, trained)
@@ -86,17 +96,47 @@ def train(
         raise typer.Exit(1)
 
 
+def _known(file: Path, project: Project) -> Known:
+    """What the calibration in ``file`` says of CONFIG's array; raises ``InputError`` where a training can't use it."""
+    from tfra.codegen.config.complaints import blame
+    from tfra.codegen.config.cover import require_few_modes
+    from tfra.model.cover.layer import ElasticLayer
+    from tfra.recordings.calibration import SURE, read_calibration
+    from tfra.train.known import Known
+
+    if project.skin:
+        raise InputError("tfra train", "--calibration", "is of one array, a window's weights serve every skin")
+    sensor = project.design.sensor
+    found = read_calibration(file, sensor, project.input)
+    cover = found.cover
+    if found.gain_error is None and cover is None and not found.dead.any():
+        raise InputError(file, "", "has neither gain_error nor cover nor dead taxels: nothing that a training takes")
+    known = Known.of(found, sensor)
+    with blame(file, "cover"):
+        require_few_modes(ElasticLayer.under(known.under_cover(sensor)))
+    config_mm = 1e3 * sensor.thickness
+    if cover and cover.is_other(config_mm):
+        reason = (
+            f"is {cover.thickness_mm:g} +- {SURE * cover.thickness_error_mm:.2g}, CONFIG says {config_mm:g}: the "
+            "network learns this cover, forces of single taxels are those under CONFIG's"
+        )
+        warnings.warn(str(InputError(file, "cover.thickness_mm", reason)), Notice, stacklevel=2)
+    return known
+
+
 def _better(file: Path, trained: Trained) -> str | None:
-    """Say that the weights in ``file`` are of the same sensor and have a smaller error, if they have."""
+    """Say that the weights in ``file`` are of the same sensor and calibration with a smaller error, if they are."""
     from tfra.codegen.config.weights import read_weights
     from tfra.train.heldout import QUIET
+    from tfra.train.run import CALIBRATION
 
     key = f"force_percent_50_at_{QUIET:g}"
     try:
-        known = read_weights(file, trained.sensor, trained.window).held_out
+        stored = read_weights(file, trained.sensor, trained.window)
     except InputError:  # no weights, or those of another sensor
         return None
-    if key not in known or known[key] >= trained.held_out[key]:
+    known, same = stored.held_out, stored.prior.get(CALIBRATION) == trained.prior.get(CALIBRATION)
+    if not same or key not in known or known[key] >= trained.held_out[key]:
         return None
     return f"has better weights, with a held-out error of {known[key]:.1f} % of |F|, not {trained.held_out[key]:.1f} %"
 

@@ -15,6 +15,9 @@ from tfra.runtime.inputs import read_toml
 
 MOST_GAIN = 100.0
 
+SURE, SAME = 1.96, 0.03
+"""A cover is another one if its thickness is off by more than so many standard deviations, and by this share."""
+
 _PLAIN = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 _Positive = Annotated[float, Field(gt=0)]
@@ -30,6 +33,11 @@ class Cover(BaseModel):
     thickness_error_mm: _Positive
     poisson: Annotated[float, Field(gt=0, le=0.5)]
     poisson_error: _Positive
+
+    def is_other(self, thickness_mm: float) -> bool:
+        """Whether this is not the cover of a sensor with ``thickness_mm``."""
+        most = max(SURE * self.thickness_error_mm, SAME * thickness_mm)
+        return abs(self.thickness_mm - thickness_mm) > most
 
 
 class File(BaseModel):
@@ -95,6 +103,8 @@ def read_calibration(path: Path, sensor: SensorArray, given: Input | None = None
     except ValueError as error:
         key, _, reason = str(error).partition(": ")
         raise InputError(path, key, reason) from None
+    if dead.all():
+        raise InputError(path, "dead", "at least one taxel has to be alive")
     gain = np.ones(shape) if tables["gain"] is None else tables["gain"]
     return Calibration(gain, tables["rest"], dead, tables["gain_error"], found.cover)
 

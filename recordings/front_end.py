@@ -9,7 +9,7 @@ from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.choices import Adc
 from tfra.model.fixed import front_end as fixed
 from tfra.model.fixed.dead_taxels import repairs
-from tfra.model.fixed.repair import ONE, targets
+from tfra.model.fixed.repair import filled
 from tfra.model.sensor import SensorArray
 from tfra.recordings.calibration import Calibration, marked
 from tfra.recordings.input import PASCALS, Input, codes_of
@@ -54,7 +54,7 @@ class FrontEnd:
         if self._dead.all():
             raise ValueError("dead: at least one taxel has to be alive")
         self._gain = known.gain
-        self._repairs = repairs(array.sensor, self._dead) if self._dead.any() else np.zeros(0, dtype=np.int64)
+        self._repairs = repairs(array.sensor, self._dead)
         self._core = None
         if given.unit == "codes" and fixed.supported(array):
             if (largest := self._gains.max()) > fixed.LARGEST_GAIN:
@@ -127,11 +127,7 @@ class FrontEnd:
         return np.floor(levels * 2.0 ** (fixed.DEVIATION - 1 - self._array.adc.bits) + 0.5).astype(np.int64)
 
     def _repaired(self, stress: Floats) -> Floats:
-        flat = stress.reshape(len(stress), -1).copy()
-        flat[:, self._dead.ravel()] = 0.0
-        for taxel, sources, weights in targets(self._repairs):
-            flat[:, taxel] = flat[:, sources] @ (weights / ONE)
-        return flat.reshape(stress.shape)
+        return filled(stress.reshape(len(stress), -1), self._repairs).reshape(stress.shape)
 
     def _followed(self, levels: Floats) -> Floats:
         """The offset of each frame, ``(n, rows, columns)``: it moves in frames without contact, and waits in others."""

@@ -6,7 +6,7 @@ Offsets that differ from taxel to taxel can't be told from noise in a single fra
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.arrays import Singles
+from tfra.model.arrays import Ints, Singles
 
 GAIN, GAINED = 0.03, 0.2
 """Largest standard deviation of the gains, and the share of frames that have any."""
@@ -27,10 +27,18 @@ BROKEN = 0.05
 """Share of frames whose most pressed taxel is dead, or any taxel stuck at a value up to the peak, half of each."""
 
 
-def augmented(frames: Singles, peak: Singles, rng: np.random.Generator) -> Singles:
-    """Return ``frames (n, m)`` as an imperfect array would report them; ``peak (n, 1)`` is the largest magnitude."""
+def augmented(
+    frames: Singles, peak: Singles, rng: np.random.Generator, gain_error: Singles | None = None
+) -> Singles:
+    """Return ``frames (n, m)`` as an imperfect array would report them; ``peak (n, 1)`` is the largest magnitude.
+
+    ``gain_error (m,)``: standard deviations of the taxels' gains in every frame, where they are known.
+    """
     count, taxels = frames.shape
-    gain = _some(rng, count, GAINED) * rng.uniform(0.0, GAIN, (count, 1)).astype(np.float32)
+    if gain_error is None:
+        gain = _some(rng, count, GAINED) * rng.uniform(0.0, GAIN, (count, 1)).astype(np.float32)
+    else:
+        gain = gain_error
     own = _some(rng, count, UNTARED_SHARE) * rng.uniform(0.0, UNTARED, (count, 1))
     white = np.hypot(np.exp(rng.uniform(np.log(QUIET), np.log(LOUD), (count, 1))), own)
     shift = _some(rng, count, SHIFTED) * rng.uniform(-OFFSET, OFFSET, (count, 1))
@@ -41,12 +49,13 @@ def augmented(frames: Singles, peak: Singles, rng: np.random.Generator) -> Singl
     return np.asarray(noisy)
 
 
-def broken(frames: Singles, rng: np.random.Generator) -> npt.NDArray[np.intp]:
-    """Break a taxel in some of ``frames (n, m)``, in place; return which."""
+def broken(frames: Singles, rng: np.random.Generator, dead: Ints | tuple[()] = ()) -> npt.NDArray[np.intp]:
+    """Break a taxel that is not among the ``dead`` in some of ``frames (n, m)``, in place; return which."""
+    alive = np.delete(np.arange(frames.shape[1]), dead)
     which = np.flatnonzero(rng.random(len(frames)) < BROKEN)
     magnitudes = np.abs(frames[which])
     stuck = rng.random(len(which)) < 0.5
-    taxel = np.where(stuck, rng.integers(frames.shape[1], size=len(which)), magnitudes.argmax(axis=1))
+    taxel = np.where(stuck, alive[rng.integers(len(alive), size=len(which))], magnitudes.argmax(axis=1))
     frames[which, taxel] = magnitudes.max(axis=1) * rng.uniform(-1.0, 1.0, len(which)) * stuck
     return which
 

@@ -19,9 +19,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tfra.model.arrays import Singles
+from tfra.model.fixed.repair import filled
 from tfra.model.learned.network import outputs
 from tfra.model.sensor import SensorArray
 from tfra.train.augment import augmented, broken
+from tfra.train.known import UNKNOWN, Known
 from tfra.train.network import Shape, loss_and_gradient
 from tfra.train.patches import Patches
 from tfra.train.pool import Pool
@@ -60,6 +62,9 @@ _QUINTIC = 3.4445, -4.7750, 2.0315
 _LOADS, _CHECKS, _START, _STEP = range(4)
 """Second number of each seed."""
 
+Simulate = Callable[[SensorArray, int, tuple[int, ...], Callable[[int], None]], Pool | Patches]
+"""Makes the loads of a sensor, a number of covers and a seed; see ``Pool.simulate``."""
+
 Batch = tuple[Singles, Singles, Singles]
 """Parities ``(4, k, Q)`` of frames, their resultants ``(k, 3)`` and the weight ``(k, 1)`` of each."""
 
@@ -91,7 +96,8 @@ class State:
 class Trainer:
     """The frames of a training of C1, C2 = ``counts``; ``advance(1)`` is called for each of ``COVERS`` covers.
 
-    ``pool`` makes them: of a whole array, or of the windows of a skin.
+    ``simulate`` makes their loads: of a whole array, or of the windows of a skin.  ``known``: what a calibration
+    says of the array.
     """
 
     def __init__(
@@ -100,14 +106,16 @@ class Trainer:
         counts: tuple[int, int],
         seed: int,
         advance: Callable[[int], None],
-        pool: type[Pool] | type[Patches] = Pool,
+        simulate: Simulate = Pool.simulate,
+        known: Known = UNKNOWN,
     ) -> None:
         self.shape = Shape(sensor, counts)
         self._scale = self.shape.scale
         self._seed = seed
+        self._known = known
         with threadpool_limits(1):
-            self._pool: Pool | Patches = pool.simulate(sensor, CHUNKS, (seed, _LOADS), advance)
-            checks: Pool | Patches = pool.simulate(sensor, VALIDATION, (seed, _CHECKS), advance)
+            self._pool = simulate(sensor, CHUNKS, (seed, _LOADS), advance)
+            checks = simulate(sensor, VALIDATION, (seed, _CHECKS), advance)
         self._validation = self._batch(checks, len(checks.responses), np.random.default_rng((seed, _CHECKS)))
 
     def first(self) -> State:
@@ -141,8 +149,11 @@ class Trainer:
     def _batch(self, pool: Pool | Patches, count: int, rng: np.random.Generator) -> Batch:
         """Parities of augmented frames, and their resultants, both over the sum of the frame's magnitudes."""
         n, forces, weight, peak, there = pool.draw(count, rng)
-        n = augmented(n, peak, rng) * there
-        weight[broken(n, rng)] = 0.0
+        known = self._known
+        n = augmented(n, peak, rng, known.gain_error) * there
+        n[:, known.dead] = 0.0
+        weight[broken(n, rng, known.dead)] = 0.0
+        n = filled(n, known.repairs)
         scale = 1 / np.abs(n).sum(axis=1, keepdims=True)
         return self.shape.folded(n * scale), forces * scale, weight
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Singles
 from tfra.model.sensor import SensorArray
+from tfra.recordings.calibration import Cover
 from tfra.train.prior import random_cover, random_loads
 from tfra.train.simulator import grid_count, responses
 
@@ -47,12 +48,22 @@ class Pool:
     wrong: Bools
 
     @classmethod
-    def simulate(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Self:
-        """Loads of ``chunks`` covers; each chunk follows from ``seed`` and its number, on any number of threads."""
+    def simulate(
+        cls,
+        sensor: SensorArray,
+        chunks: int,
+        seed: tuple[int, ...],
+        advance: Callable[[int], None],
+        known: Cover | None = None,
+    ) -> Self:
+        """Loads of ``chunks`` covers; each chunk follows from ``seed`` and its number, on any number of threads.
+
+        ``known``: the cover of ``sensor``, if it is.
+        """
         every, wrong = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32), np.empty(chunks, np.bool_)
 
         def fill(number: int) -> None:
-            every[number * CHUNK : (number + 1) * CHUNK], wrong[number] = _chunk(sensor, (*seed, number))
+            every[number * CHUNK : (number + 1) * CHUNK], wrong[number] = _chunk(sensor, (*seed, number), known)
 
         with ThreadPoolExecutor(2) as threads:
             for _ in threads.map(fill, range(chunks)):
@@ -85,8 +96,8 @@ def random_forces(count: int, rng: np.random.Generator) -> Singles:
     return np.stack([mu * np.cos(phi), mu * np.sin(phi), -np.ones(count)], axis=1).astype(np.float32)
 
 
-def _chunk(sensor: SensorArray, seed: tuple[int, ...]) -> tuple[Singles, bool]:
+def _chunk(sensor: SensorArray, seed: tuple[int, ...], known: Cover | None) -> tuple[Singles, bool]:
     rng = np.random.default_rng(seed)
-    (cover, wrong), loads = random_cover(sensor, rng), random_loads(sensor, CHUNK, rng)
+    (cover, wrong), loads = random_cover(sensor, rng, known), random_loads(sensor, CHUNK, rng)
     points = grid_count(float(2 * loads.reach.max()), cover.layer.thickness)
     return responses(sensor, cover, loads.grids(points)).reshape(CHUNK, 3, -1), wrong

@@ -15,6 +15,7 @@ import numpy as np
 from tfra.model.arrays import Bools, Floats
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.sensor import SensorArray
+from tfra.recordings.calibration import Cover as CalibratedCover
 from tfra.train.simulator import Cover, Grids
 
 SMALLEST, LARGEST = 0.3, 3.0
@@ -103,11 +104,23 @@ def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator, shar
     return replace(loads, center=center, half=shrunk * half)
 
 
-def random_cover(sensor: SensorArray, rng: np.random.Generator) -> tuple[Cover, bool]:
-    """A cover of either side condition, with taxels that sample or average, and whether its thickness is wrong."""
+def random_cover(
+    sensor: SensorArray, rng: np.random.Generator, known: CalibratedCover | None = None
+) -> tuple[Cover, bool]:
+    """A cover of either side condition, with taxels that sample or average, and whether its thickness is wrong.
+
+    Thickness and Poisson's ratio of a cover that is ``known``, that of ``sensor``, are normal, within their limits.
+    """
     wrong = rng.random() < WRONG
-    deviation = rng.choice((-1, 1)) * rng.uniform(*WRONGLY) if wrong else rng.uniform(-THICKNESS, THICKNESS)
+    if wrong:
+        deviation = rng.choice((-1, 1)) * rng.uniform(*WRONGLY)
+    elif known:
+        error = known.thickness_error_mm / known.thickness_mm
+        deviation = np.clip(rng.normal(0.0, error), -WRONGLY[1], WRONGLY[1])
+    else:
+        deviation = rng.uniform(-THICKNESS, THICKNESS)
     thickness = sensor.thickness * (1 + deviation)
     margin = MARGIN * thickness * (rng.random() < CONTINUED)
-    layer = ElasticLayer.under(sensor, rng.uniform(*POISSON), thickness, margin)
+    poisson = np.clip(rng.normal(known.poisson, known.poisson_error), 0.0, 0.5) if known else rng.uniform(*POISSON)
+    layer = ElasticLayer.under(sensor, poisson, thickness, margin)
     return Cover(layer, (sensor.pitch_x, sensor.pitch_y) if rng.random() < AREA else (0.0, 0.0)), wrong

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
@@ -15,11 +15,13 @@ from pydantic import JsonValue
 
 from tfra import codegen, model, runtime, train
 from tfra.codegen.config.weights import Trained
+from tfra.model.arrays import Floats
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.runtime.digest import digest, sources
 from tfra.runtime.store import Store, work_folder
 from tfra.train import augment, heldout, patches, pool, prior, skins
+from tfra.train.known import UNKNOWN, Known
 from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer
 from tfra.train.network import DOUBT, TANGENTIAL, UNEXPLAINED
 from tfra.train.patches import Patches
@@ -33,6 +35,10 @@ SAVE_EVERY = 5.0
 
 TRIED = 100
 """Steps that are measured to make steps of minutes."""
+
+
+CALIBRATION = "training.calibration"
+"""The fact that only trainings for one sensor have."""
 
 
 class Advance(Protocol):
@@ -59,16 +65,22 @@ class Budget:
     window: bool = False
 
 
-def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -> Trained:
+def run(
+    sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter, known: Known = UNKNOWN
+) -> Trained:
     """Train the network of ``sensor``; the state is stored in ``folder``, where the same training continues.
+
+    Its frames, and those of the errors, are of the array that is ``known``, which is no window.
 
     Raises ``InputError`` for a folder that can't be used, and :class:`tfra.train.loop.DivergedError`.
     """
-    store, name = Store(folder), f"{digest(repr((sensor, budget)))}.state"
+    store, name = Store(folder), f"{digest(repr((sensor, budget, known.facts)))}.state"
+    acting = known.under_cover(sensor)
+    simulate = Patches.simulate if budget.window else partial(Pool.simulate, known=known.cover)
     with work_folder(folder, "training", fingerprint()):
         stored = _load(store, name)
         with reporter("simulating", COVERS, 0) as advance:
-            trainer = Trainer(sensor, budget.counts, budget.seed, advance, Patches if budget.window else Pool)
+            trainer = Trainer(acting, budget.counts, budget.seed, advance, simulate, known)
         steps = budget.steps or STEPS
         if stored is None and budget.minutes is not None:
             steps = max(TRIED, round(60 * budget.minutes / trainer.seconds(TRIED)))
@@ -89,12 +101,16 @@ def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -
     network = Network(sensor, weights)
     curve = np.array(state.curve, np.float64).reshape(-1, 3)
     tests = skins if budget.window else heldout
+
+    def estimate(n: Floats) -> Floats:
+        return network(known.delivered(n))
+
     return Trained(
         sensor,
         weights,
-        tests.threshold(sensor, network),
-        training_facts(budget, steps),
-        tests.held_out(sensor, network),
+        tests.threshold(acting, estimate),
+        training_facts(budget, steps, known),
+        tests.held_out(acting, estimate),
         curve,
         budget.window,
     )
@@ -124,8 +140,11 @@ def fingerprint() -> str:
     return digest(version("tfra"), *sources(codegen, model, runtime, train))
 
 
-def training_facts(budget: Budget, steps: int) -> dict[str, JsonValue]:
-    """Return the distribution of the training's frames, and the numbers that repeat the training."""
+def training_facts(budget: Budget, steps: int, known: Known) -> dict[str, JsonValue]:
+    """Return the distribution of the training's frames, and the numbers that repeat the training.
+
+    What is known of a sensor, ``CALIBRATION``, is there only if it is, and in the place of thickness, nu and gains.
+    """
     numbers: dict[str, JsonValue] = {
         f"{section}.{name.lower()}": list(value) if isinstance(value, tuple) else value
         for section, module in (("prior", prior), ("prior", patches if budget.window else pool), ("augment", augment))
@@ -134,4 +153,6 @@ def training_facts(budget: Budget, steps: int) -> dict[str, JsonValue]:
     }
     loss = {"tangential": TANGENTIAL, "doubt": DOUBT, "unexplained": UNEXPLAINED}
     training = {"steps": steps, "seed": budget.seed, "batch": BATCH, "rate": RATE, "covers": CHUNKS, **loss}
+    if known.facts:
+        numbers[CALIBRATION] = known.facts
     return numbers | {f"training.{name}": value for name, value in training.items()}

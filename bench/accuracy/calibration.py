@@ -94,7 +94,7 @@ def forces(sensor: Sensor, found: Calibrated, estimator: Callable[[SensorArray],
     perfect = stress + noise * sensor.rng.standard_normal(stress.shape)
     cover, true = (replace(sensor.nominal, thickness=each) for each in (found.fit.thickness, sensor.thickness))
     cases = {"before": (sensor.nominal, raw), "after": (cover, clean), "perfect": (true, perfect)}
-    return {name: _error(estimator(array)(frames), loads) for name, (array, frames) in cases.items()}
+    return {name: error(estimator(array)(frames), loads) for name, (array, frames) in cases.items()}
 
 
 def _tared(convert: FrontEnd, recordings: Sequence[Floats]) -> Floats:
@@ -110,7 +110,8 @@ def _tfra(sensor: SensorArray) -> Model:
     return TfraDesign(sensor).float_model
 
 
-def _error(result: Result, loads: Loads) -> float:
+def error(result: Result, loads: Loads) -> float:
+    """Median |F - F true| / |F|."""
     off = np.linalg.norm(result.resultant - loads.force, axis=1) / np.linalg.norm(loads.force, axis=1)
     return float(np.median(off))
 

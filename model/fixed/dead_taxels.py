@@ -22,10 +22,12 @@ def repairs(sensor: SensorArray, dead: Bools) -> Ints:
 
     The weights have the least mean square error for contacts of any shape, size, place and friction, with noise.
     """
+    if not dead.any():
+        return np.zeros(0, dtype=np.int64)
     contacts, flat, (x, y) = _contacts(sensor), dead.ravel(), sensor.positions()
     alive = np.flatnonzero(~flat)
     sources = min(SOURCES, repair_places(dead.size) // max(1, int(flat.sum())) - 1)
-    words = [np.zeros(0, dtype=np.int64)]
+    words = []
     for taxel in np.flatnonzero(flat):
         distance = np.hypot(x[alive] - x[taxel], y[alive] - y[taxel])
         near = alive[np.argsort(distance, kind="stable")[:sources]]

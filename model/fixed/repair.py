@@ -6,8 +6,10 @@ A table is a list of words of 32 bits.  A header, bit 31 set, has the number of 
 
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.numbers import round_shift, saturate
@@ -17,6 +19,8 @@ PLACE = 18
 """The lowest bit of a taxel's number."""
 ONE = 1 << 16
 """The weight 1."""
+
+Real = TypeVar("Real", bound=np.floating[Any])
 
 
 def repaired(codes: Ints, table: Ints, bits: int) -> tuple[Ints, Ints]:
@@ -30,6 +34,14 @@ def repaired(codes: Ints, table: Ints, bits: int) -> tuple[Ints, Ints]:
         codes[:, taxel] = code
         largest = np.maximum(largest, np.abs(code))
     return codes, largest
+
+
+def filled(frames: npt.NDArray[Real], table: Ints) -> npt.NDArray[Real]:
+    """``frames (n, m)`` of any unit with the taxels of ``table`` replaced, without the rounding of codes."""
+    frames = frames.copy()
+    for taxel, sources, weights in targets(table):
+        frames[:, taxel] = frames[:, sources] @ (weights / ONE).astype(frames.dtype)
+    return frames
 
 
 def targets(table: Ints) -> Iterator[tuple[int, Ints, Ints]]:

@@ -195,6 +195,7 @@ def test_a_calibration_is_of_each_taxel(tmp_path: Path, unit: str) -> None:
         ('form = "tfra-calibration-1"\ngain = [[1.0]]', "gain: 4 lists of 5 numbers are needed"),
         ('form = "tfra-calibration-1"\ngain = [[-1.0]]', "gain.0.0: Input should be greater than or equal to 0"),
         ('form = "tfra-calibration-1"\ndead = [[4, 0]]', "dead: row 4, column 0 is no taxel"),
+        (f'form = "tfra-calibration-1"\ndead = {[[n // 5, n % 5] for n in range(20)]}', "dead: at least one taxel"),
         ('form = "tfra-calibration-1"\ngains = 1', "gains: Extra inputs"),
     ],
 )

@@ -27,6 +27,15 @@ from tfra.train.run import Advance, Budget, fingerprint, run
 
 SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
 BUDGET = Budget((6, 4), 3, steps=60)
+CALIBRATION = f"""form = "tfra-calibration-1"
+gain_error = {[[0.02] * 5] * 4}
+dead = {{dead}}
+[cover]
+thickness_mm = {{thickness}}
+thickness_error_mm = 0.02
+poisson = 0.47
+poisson_error = 0.01
+"""
 CONFIG = "[sensor]\nrows = 4\ncolumns = 5\npitch_x_mm = 2\npitch_y_mm = 2\nthickness_mm = 2\n"
 
 
@@ -226,6 +235,58 @@ def test_a_window_has_weights_of_its_own(config: Path, capsys: pytest.CaptureFix
         assert load(fits).weights == out.name
         with pytest.raises(InputError, match=r"weights.npz: window: is trained for .*: run tfra train again"):
             load(wrong)
+
+
+def test_a_calibration_makes_weights_of_its_own(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of CONFIG's sensor, with a state of their own; they say of which, and a warning that the cover is another."""
+    out, calibration = config.parent / "weights.npz", config.parent / "cal.toml"
+    words = ["train", str(config), "--out", str(out), "--steps", "40", "--channels", "6", "4"]
+    files, states = [], []
+    for dead, thickness in (([], 2.0), ([[1, 2]], 2.0), ([[1, 2]], 2.4)):
+        calibration.write_text(CALIBRATION.format(dead=dead, thickness=thickness))
+        assert main([*words, "--calibration", str(calibration)]) == 0  # those of another calibration are replaced
+        fact = read_weights(out, SENSOR).prior[running.CALIBRATION]
+        assert fact == {
+            "gain_error": [[0.02] * 5] * 4,
+            "cover": {"thickness_mm": thickness, "thickness_error_mm": 0.02, "poisson": 0.47, "poisson_error": 0.01},
+            "dead": dead,
+        }
+        files.append(out.read_bytes())
+        states.append(len(list((config.parent / "weights.npz.work").glob("*.state"))))
+        told = capsys.readouterr().err
+        warned = f"warning: {calibration}: cover.thickness_mm: is 2.4 +- 0.039, CONFIG says 2: "
+        assert (warned in told) == (thickness > 2)
+    assert len(set(files)) == 3
+    assert states == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ": has neither gain_error nor cover nor dead taxels"),
+        ("gain_error = [[0.1]]", ": gain_error: 4 lists of 5 numbers are needed"),
+        ('order = "columns"\ndead = [[0, 0]]', ': order: its tables are for order = "columns", [input] has "rows"'),
+        ("dead = [[4, 0]]", ": dead: row 4, column 0 is no taxel"),
+        (CALIBRATION.format(dead=[], thickness=1e-5).partition("\n")[2], ": cover.thickness_mm: a cover this thin"),
+    ],
+)
+def test_a_calibration_that_does_not_fit(
+    config: Path, capsys: pytest.CaptureFixture[str], text: str, words: str
+) -> None:
+    calibration = config.parent / "cal.toml"
+    calibration.write_text(f'form = "tfra-calibration-1"\n{text}\n')
+    out = config.parent / "w.npz"
+    assert main(["train", str(config), "--out", str(out), "--calibration", str(calibration)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{calibration}{words}")
+    assert not out.exists()
+
+
+def test_a_window_has_no_calibration(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config.write_text(CONFIG.replace("rows = 4", "rows = 40") + "[window]\nrows = 4\ncolumns = 5\n")
+    assert main(["train", str(config), "--out", str(config.parent / "w.npz"), "--calibration", "cal.toml"]) == 2
+    reason = "--calibration: is of one array, a window's weights serve every skin"
+    assert capsys.readouterr().err == f"tfra train: {reason}\n"
 
 
 @pytest.mark.parametrize(
