@@ -51,7 +51,8 @@ class Calibrated:
     ``fit``: of ``pressed``, the readings of all loads but rest, with what was ``told`` to it; ``spread``: standard
     deviation of the sensitivities over their mean; ``misfit``: what the model leaves, over the peak of a reading.
     ``dead (rows, columns)``: taxels that never change, answer no load, or that CONFIG says are dead.
-    ``table``: the file with the loads; ``config``: how CONFIG says that the recordings are read.
+    ``table``: the file with the loads; ``config``: how CONFIG says that the recordings are read.  ``unseen``: what is
+    said of recordings that show no load, which are left out.
     """
 
     array: Array
@@ -67,6 +68,7 @@ class Calibrated:
     dead: Bools
     noise: Floats
     orientation: Orientation
+    unseen: tuple[str, ...] = ()
 
     @property
     def loads(self) -> tuple[Load, ...]:

@@ -61,6 +61,7 @@ def _sign_and_way(found: Calibrated) -> Iterator[str]:
 
 
 def _single_loads(found: Calibrated) -> Iterator[str]:
+    yield from (f"{line}; left out" for line in found.unseen[:5])
     off = np.flatnonzero(found.off).tolist()
     for at in off[:5]:
         load = found.loads[at]

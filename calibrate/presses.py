@@ -27,11 +27,18 @@ STEADY = 0.03
 BLURRED = 0.05
 """Noise of a frame over the load, above which frames are averaged to find when it begins and ends."""
 
+MOST_AVERAGED = 0.2
+"""Share of a recording that may be averaged so."""
+
 RETURNED = 0.2
 """A share of the load below which the end of a recording is at rest: the offset may have moved so far."""
 
 UNSEEN = 2.0
 """A mean of frames under a load differs from rest by more than this times what noise would do, in squares."""
+
+
+class UnseenError(InputError):
+    """A recording in which no load is seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +106,8 @@ def read_rest(file: Path, load: Load, levels: Floats) -> Reading:
 def read_press(file: Path, load: Load, levels: Floats) -> Reading:
     """The reading of a load from ``levels (n, rows, columns)`` that start at rest, and may end so.
 
-    The load is the longest time that frames look alike.  Raises ``InputError`` for a recording without one.
+    The load is the longest time that frames look alike.  Raises ``UnseenError`` for a recording that shows none, and
+    ``InputError`` for one that does not start at rest, or is not held.
     """
     before, (first, last), after = _parts(file, load, levels)
     start, end = levels[before], levels[after]
@@ -126,9 +134,11 @@ def _parts(file: Path, load: Load, levels: Floats) -> tuple[Ints, tuple[int, int
     energy = loaded @ loaded
     noise = np.nan_to_num(_noise(levels[:start])).ravel()
     if energy <= UNSEEN * (noise @ noise) * (1 / most + 1 / start):
-        raise InputError(file, "", "shows no load: is it the right recording, and does it start at rest?")
+        raise UnseenError(file, "", "shows no load: is it the right recording, and does it start at rest?")
     blur = float(np.linalg.norm(noise * loaded) / energy)
     width = math.ceil(max(1.0, (blur / BLURRED) ** 2))
+    if width > len(levels) * MOST_AVERAGED:
+        raise UnseenError(file, "", "shows no load that stands out of its noise: does it start at rest, and is the force large enough?")
     share = uniform_filter1d(flat @ loaded / energy, width)
     tolerance = max(STEADY, 4 * blur / math.sqrt(width))
     usual, end = float(np.median(share[share > share.max() / 2])), float(np.median(share[-start:]))

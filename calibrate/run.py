@@ -11,7 +11,7 @@ from tfra.calibrate.calibrated import Calibrated, is_off, shown
 from tfra.calibrate.fit import MOST_STEPS, SPREAD, Fit, Known, Readings, fit
 from tfra.calibrate.loads import Load, read_loads
 from tfra.calibrate.orientation import Orientation, is_square, orientation, transposed
-from tfra.calibrate.presses import Reading, read_press, read_rest, rearranged
+from tfra.calibrate.presses import Reading, UnseenError, read_press, read_rest, rearranged
 from tfra.model.arrays import Bools, Floats
 from tfra.recordings.calibration import MOST_GAIN, marked
 from tfra.recordings.frames import levels_of
@@ -68,8 +68,10 @@ def calibrate(array: Array, config: Input, files: Sequence[Path], table: Path, a
     Raises ``InputError`` for what is no recording of its load, and for loads that tell no gains.
     """
     plain = replace(config, tare=None, tare_frames=0, rest_code=None, calibration=None, drift_frames=0)
-    readings = _read(array, plain, files, table, advance)
+    readings, unseen = _read(array, plain, files, table, advance)
     if not any(reading.load.normal for reading in readings):
+        if unseen:
+            raise unseen[0]
         raise InputError(table, "force_n", "at least one load with a normal force is needed")
     plain = _signed(plain, readings)
     advance("fitting the loads")
@@ -84,7 +86,8 @@ def calibrate(array: Array, config: Input, files: Sequence[Path], table: Path, a
     _check_unit(table, here.given, 1 / float(np.median(first.sensitivity)))
     found = orientation(array.sensor, here.given, tuple(reading.load for reading in here.pressed), first)
     advance("fitting the cover")
-    return _refined(array, config, table, here, first, found)
+    refined = _refined(array, config, table, here, first, found)
+    return replace(refined, unseen=tuple(map(str, unseen)))
 
 
 def _fit(array: Array, placed: _Placed, steps: int, margin: float = 0.0, start: Fit | None = None) -> Fit:
@@ -146,19 +149,24 @@ def _unsure(known: Known, which: Bools) -> Known:
     return known._replace(error=np.where(which, ANY, known.error))
 
 
-def _read(array: Array, given: Input, files: Sequence[Path], table: Path, advance: Advance) -> tuple[Reading, ...]:
-    """The readings of all loads, in the order of the table."""
+def _read(
+    array: Array, given: Input, files: Sequence[Path], table: Path, advance: Advance
+) -> tuple[tuple[Reading, ...], list[UnseenError]]:
+    """The readings of all loads that are seen, in the order of the table, and what is said of the others."""
     loads = read_loads(table)
     named = _by_name(files, table, loads)
     levels: dict[Path, Floats] = {}
-    found = []
+    found, unseen = [], []
     for load in loads:
         file = named[load.recording]
         if file not in levels:
             advance(f"reading {file.name}")
             levels = {file: levels_of(file, array.sensor, array.adc, given).frames}  # only the last one is kept
-        found.append((read_rest if load.at_rest else read_press)(file, load, levels[file]))
-    return tuple(found)
+        try:
+            found.append((read_rest if load.at_rest else read_press)(file, load, levels[file]))
+        except UnseenError as error:
+            unseen.append(error)
+    return tuple(found), unseen
 
 
 def _by_name(files: Sequence[Path], table: Path, loads: tuple[Load, ...]) -> dict[str, Path]:
@@ -206,7 +214,10 @@ def _known(array: Array, pressed: tuple[Reading, ...]) -> Known:
 
 
 def _told(array: Array, given: Input, readings: tuple[Reading, ...], pressed: tuple[Reading, ...]) -> Readings:
-    """Deviations in Pa of the gain 1, their errors, and which of them count: of taxels alive and within their range."""
+    """Deviations in Pa of the gain 1, their errors, and which of them count: of taxels alive and within their range.
+
+    Raises ``InputError`` for a load under which no taxel counts.
+    """
     shape, count = (array.sensor.rows, array.sensor.columns), len(pressed)
     pascals = pascals_per(given, array.adc) * (-1.0 if given.compression == "positive" else 1.0)
     noise = _noise(readings)
@@ -219,6 +230,10 @@ def _told(array: Array, given: Input, readings: tuple[Reading, ...], pressed: tu
     still = np.abs([reading.deviation for reading in pressed]) < 2 * CLIPPED * noise
     inside = still | ((means - CLIPPED * noise > first) & (means + CLIPPED * noise < last))
     told = (alive & inside).reshape(count, -1)
+    for reading, compressed in zip(pressed, (told & (value < 0)).any(axis=1), strict=True):
+        if not compressed:
+            reason = "presses on no taxel that counts: they are dead, or at an end of the converter's range"
+            raise InputError(reading.file, "", reason)
     error = np.hypot(abs(pascals) * np.sqrt(variance), FLOOR * np.abs(value).max(axis=1, keepdims=True))
     return Readings(value, error, told)
 

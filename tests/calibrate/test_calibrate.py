@@ -135,6 +135,18 @@ def test_exchanged_recordings(day: tuple[Sensor, Loads, Day], tmp_path: Path) ->
     assert any(f"load{high}" in line and f"was it exchanged with load{low}?" in line for line in told)
 
 
+def test_a_load_that_is_not_seen_is_left_out(day: tuple[Sensor, Loads, Day], tmp_path: Path) -> None:
+    sensor, loads, recorded = day
+    still = tmp_path / recorded.files[7].name
+    np.save(still, np.tile(np.load(recorded.files[0]), (1, 1)))
+    files = [*recorded.files[:7], still, *recorded.files[8:]]
+    found = run(sensor, loads, replace(recorded, files=files))
+    assert len(found.loads) == 33
+    assert any("load6.npy: shows no load" in line and line.endswith("; left out") for line in doubts(found))
+    with pytest.raises(InputError, match="shows no load"):
+        run(sensor, loads, changed(replace(recorded, files=files), tmp_path, lambda rows: [rows[0], rows[7]]))
+
+
 def test_few_loads(day: tuple[Sensor, Loads, Day], tmp_path: Path) -> None:
     sensor, loads, recorded = day
     one = run(sensor, loads, changed(recorded, tmp_path, lambda rows: rows[:2]))

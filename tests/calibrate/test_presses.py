@@ -61,7 +61,7 @@ def test_the_longest_of_two_presses_counts_and_frames_choose_another() -> None:
     [
         (recording(np.zeros(100)), "shows no load"),
         (np.full((50, 4, 5), 7.0), "shows no load"),
-        (recording(np.concatenate([np.linspace(0, 1, 5), np.ones(95)])), "does not start at rest"),
+        (recording(np.concatenate([np.linspace(0, 1, 5), np.ones(95)])), "start at rest"),
     ],
 )
 def test_recordings_without_a_load(levels: Floats, reason: str) -> None:
