@@ -138,7 +138,8 @@ def _parts(file: Path, load: Load, levels: Floats) -> tuple[Ints, tuple[int, int
     blur = float(np.linalg.norm(noise * loaded) / energy)
     width = math.ceil(max(1.0, (blur / BLURRED) ** 2))
     if width > len(levels) * MOST_AVERAGED:
-        raise UnseenError(file, "", "shows no load that stands out of its noise: does it start at rest, and is the force large enough?")
+        reason = "shows no load that stands out of its noise: does it start at rest, and is the force large enough?"
+        raise UnseenError(file, "", reason)
     share = uniform_filter1d(flat @ loaded / energy, width)
     tolerance = max(STEADY, 4 * blur / math.sqrt(width))
     usual, end = float(np.median(share[share > share.max() / 2])), float(np.median(share[-start:]))
