@@ -30,6 +30,9 @@ BLURRED = 0.05
 MOST_AVERAGED = 0.2
 """Share of a recording that may be averaged so."""
 
+NEARLY = 0.1
+"""Of a load: frames that show less are taken for rest, unless there is noise."""
+
 RETURNED = 0.2
 """A share of the load below which the end of a recording is at rest: the offset may have moved so far."""
 
@@ -124,23 +127,15 @@ def read_press(file: Path, load: Load, levels: Floats) -> Reading:
 def _parts(file: Path, load: Load, levels: Floats) -> tuple[Ints, tuple[int, int], Ints]:
     """The frames at rest before the load, the first and the last under it, and those at rest after it."""
     start = max(1, min(AT_START, len(levels) // 10))
-    flat = (levels - levels[:start].mean(axis=0)).reshape(len(levels), -1)
     if load.frames and not start < load.frames[0] <= load.frames[1] < len(levels):
         reason = f"{load.frames[0]}-{load.frames[1]} of the table is not after rest within {len(levels)} frames"
         raise InputError(file, "frames", reason)
-    most = max(3, len(flat) // 10)
-    under = slice(load.frames[0], load.frames[1] + 1) if load.frames else np.argsort((flat**2).sum(axis=1))[-most:]
-    loaded = flat[under].mean(axis=0)
-    energy = loaded @ loaded
-    noise = np.nan_to_num(_noise(levels[:start])).ravel()
-    if energy <= UNSEEN * (noise @ noise) * (1 / most + 1 / start):
-        raise UnseenError(file, "", "shows no load: is it the right recording, and does it start at rest?")
-    blur = float(np.linalg.norm(noise * loaded) / energy)
+    share, blur = _shares(file, load, levels, start)
     width = math.ceil(max(1.0, (blur / BLURRED) ** 2))
     if width > len(levels) * MOST_AVERAGED:
         reason = "shows no load that stands out of its noise: does it start at rest, and is the force large enough?"
         raise UnseenError(file, "", reason)
-    share = uniform_filter1d(flat @ loaded / energy, width)
+    share = uniform_filter1d(share, width)
     tolerance = max(STEADY, 4 * blur / math.sqrt(width))
     usual, end = float(np.median(share[share > share.max() / 2])), float(np.median(share[-start:]))
     steady = np.abs(share - usual) < tolerance
@@ -155,6 +150,34 @@ def _parts(file: Path, load: Load, levels: Floats) -> tuple[Ints, tuple[int, int
         raise InputError(file, "", "does not start at rest: record some frames before the load")
     trim = near if not load.frames and last - first > 2 * near + 2 else 0
     return before, (first + trim, last - trim), after
+
+
+def _shares(file: Path, load: Load, levels: Floats, start: int) -> tuple[Floats, float]:
+    """The share of the load that each frame shows, ``(n,)``, and the noise of a share.
+
+    Rest is first taken from the frames at the ``start``, and the load from the strongest ones; then both from all
+    frames that are more like the one or the other, since the noise of few frames would look like a share.
+    """
+    flat = levels.reshape(len(levels), -1)
+    noise = np.nan_to_num(_noise(levels[:start])).ravel()
+    rest = np.arange(len(flat)) < start
+    order = np.argsort(((flat - flat[rest].mean(axis=0)) ** 2).sum(axis=1))
+    under = np.isin(np.arange(len(flat)), order[-max(3, len(flat) // 10) :])
+    if load.frames:
+        under = (np.arange(len(flat)) >= load.frames[0]) & (np.arange(len(flat)) <= load.frames[1])
+    for last in (False, True):
+        base = flat[rest].mean(axis=0)
+        loaded = flat[under].mean(axis=0) - base
+        energy = loaded @ loaded
+        if energy <= UNSEEN * (noise @ noise) * (1 / under.sum() + 1 / rest.sum()):
+            raise UnseenError(file, "", "shows no load: is it the right recording, and does it start at rest?")
+        share, blur = (flat - base) @ loaded / energy, float(np.linalg.norm(noise * loaded) / energy)
+        near = min(0.5, max(NEARLY, 2 * blur))
+        if not last:
+            rest, under = share < near, (under if load.frames else share > 1 - near)
+            if not (rest.any() and under.any()):
+                raise InputError(file, "", "does not start at rest: record some frames before the load")
+    return share, blur
 
 
 def _longest(which: Bools) -> tuple[int, int]:
