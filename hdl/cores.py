@@ -20,11 +20,20 @@ CORES: dict[type[Design], tuple[Callable[[Any], Microarchitecture], Callable[[An
 }
 """By the estimator, a line each: its parallel core, and the program of its serial core."""
 
+_KEPT = "microarchitecture"
+
 
 def microarchitecture(design: Design) -> Microarchitecture:
-    """The microarchitecture of ``design``, without building a core."""
-    parallel, _ = CORES[type(design)]
-    return as_serial(design) if design.architecture.kind == "serial" else parallel(design)
+    """The microarchitecture of ``design``, without building a core.
+
+    It stays with the design, as all does that is computed from one: its cycles are asked for again and again.
+    """
+    kept = vars(design)
+    if _KEPT not in kept:
+        parallel, _ = CORES[type(design)]
+        kept[_KEPT] = as_serial(design) if design.architecture.kind == "serial" else parallel(design)
+    core: Microarchitecture = kept[_KEPT]
+    return core
 
 
 def as_serial(design: Design) -> Serial:

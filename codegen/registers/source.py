@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,7 +82,13 @@ def as_map(top: AddrmapNode, source: Path = SOURCE) -> RegisterMap:
 
 def register_map(parameters: Mapping[str, int]) -> RegisterMap:
     """The map of ``tfra.rdl`` with values for its ``parameters``; raises as :func:`compiled`."""
-    return as_map(compiled(parameters))
+    return _map_of(frozenset(parameters.items()))
+
+
+@lru_cache(maxsize=8)
+def _map_of(parameters: frozenset[tuple[str, int]]) -> RegisterMap:
+    """A package asks for its map a dozen times, and the compiler takes a while."""
+    return as_map(compiled(dict(parameters)))
 
 
 def _register(node: RegNode, source: Path) -> Register:

@@ -30,10 +30,12 @@ PRESETS = ("fast", "balanced", "small", "learned_fast", "learned_small", "learne
 SMALL = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
 EVEN = TfraDesign(SensorArray(2, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4))
 ODD = SensorArray(3, 5, 2e-3, 2e-3, 2e-3)
+ONE_LANE = TfraDesign(SMALL, "serial", adc=Adc(8), search=Search(3), architecture=SERIAL)
 DESIGNS = {
     "even": EVEN,
     "odd": TfraDesign(ODD, "odd", search=Search(7), formats=FORMATS["wide"], architecture=Architecture(4)),
-    "serial": TfraDesign(SMALL, "serial", adc=Adc(8), search=Search(3), architecture=SERIAL),
+    "serial": ONE_LANE,
+    "serial_files": replace(ONE_LANE, name="serial_files", images="readmemh"),
     "files": replace(EVEN, name="files", images="readmemh"),
     "loaded": replace(EVEN, name="loaded", images="load"),
     "narrow": replace(EVEN, name="narrow", architecture=Architecture(4, 1)),
@@ -52,7 +54,7 @@ def few_frames():
 
 @pytest.fixture(
     scope="module",
-    params=["files", "serial", *long("odd", "loaded", "learned", "learned_serial")],
+    params=["serial_files", *long("files", "serial", "odd", "loaded", "learned", "learned_serial")],
     name="core",
 )
 def _core(request, tmp_path_factory):
@@ -167,7 +169,7 @@ PLANTED = {
 }
 
 
-@pytest.mark.parametrize("core", ["serial"], indirect=True)
+@pytest.mark.parametrize("core", ["serial_files"], indirect=True)
 @pytest.mark.parametrize("rule", PLANTED)
 def test_linters_find_what_is_planted(rule, core, tmp_path):
     planted = tmp_path / core[3].name
@@ -222,7 +224,7 @@ def test_models_of_cells_are_beside_the_testbench(name, target, tmp_path):
     assert "0 differ" in run_testbench(tmp_path / "core", name)
 
 
-@pytest.mark.parametrize("core", ["serial", *long("files", "odd", "loaded")], indirect=True)
+@pytest.mark.parametrize("core", ["serial_files", *long("files", "odd", "loaded")], indirect=True)
 def test_the_testbench_notices_a_wrong_word(core, tmp_path):
     design, directory, *_ = core
     shutil.copytree(directory, tmp_path / "core")

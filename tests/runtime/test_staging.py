@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.marks import long
 from tests.runtime.test_outputs import has, make, tree
 from tfra.runtime import staging
 from tfra.runtime.errors import InputError
@@ -69,7 +70,7 @@ def no_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["", ".npz"])
-@pytest.mark.parametrize(("earlier", "exchange"), [(False, True), (True, True), (True, False)])
+@pytest.mark.parametrize(("earlier", "exchange"), [*long((False, True)), (True, True), (True, False)])
 def test_death_at_every_step_leaves_old_or_new(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, earlier: bool, exchange: bool
 ) -> None:

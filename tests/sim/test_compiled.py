@@ -49,7 +49,7 @@ def test_words_of_a_hundred_thousand_frames(design: Design) -> None:
         np.testing.assert_array_equal(called.words(codes), design.model(codes).words, f"seed {seed}")
 
 
-@pytest.mark.parametrize("case", SMALL)
+@pytest.mark.parametrize("case", ["5x4", "learned_4x6", *long("2x2", "3x5", "4x4", "learned_3x5")])
 def test_words_of_a_shape(case: str) -> None:
     """What is built for one design gives the words of others, whose word lengths differ."""
     design = SMALL[case]
@@ -73,7 +73,7 @@ def test_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_array_equal(called.words(codes[5:6, ::-1]), SMALL["3x5"].model(codes[5:6, ::-1]).words)
 
 
-@pytest.mark.parametrize("case", ["3x5", "learned_3x5"])
+@pytest.mark.parametrize("case", ["3x5", *long("learned_3x5")])
 def test_another_coefficient_is_noticed(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     design, codes = SMALL[case], frames(SMALL[case], 300)
     core = compiled.core

@@ -155,7 +155,7 @@ def test_frames_and_windows_count_modulo_65536() -> None:
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong"), [("#define THRESHOLD 10", "#define THRESHOLD 11"), ("+ 2 * line[", "+ 3 * line[")]
+    ("right", "wrong"), [*long(("#define THRESHOLD 10", "#define THRESHOLD 11")), ("+ 2 * line[", "+ 3 * line[")]
 )
 def test_another_constant_is_noticed(right: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
     skin = SKINS["12x20"]

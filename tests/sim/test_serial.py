@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
+from tests.marks import long
 from tfra.hdl.cores import as_serial, microarchitecture
 from tfra.hdl.serial import alu, datapath
 from tfra.hdl.serial.core import SerialCore
@@ -77,7 +78,7 @@ TRACED = DESIGNS["2×3"]
 CODES = contact_codes(TRACED, 1, seed=6)
 
 
-@pytest.mark.parametrize("design", [TRACED, LEARNED["2×2"]], ids=["TFRA", "learned"])
+@pytest.mark.parametrize("design", [*long(TRACED), LEARNED["2×2"]], ids=["TFRA", "learned"])
 def test_an_intact_core(design: Design) -> None:
     assert first_difference(design, contact_codes(design, 2, seed=6)) is None
 

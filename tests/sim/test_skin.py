@@ -46,7 +46,7 @@ def test_every_word_is_that_of_the_model(
 
 def test_a_wrong_word_is_noticed() -> None:
     skin = skin_of(6, 9, TINY, most=8)
-    codes = frames_of(skin, 0, 6)
+    codes = frames_of(skin, 0, 2)
     wrong = words(skin, codes)
     wrong[1, 5] ^= 1
     assert simulate(skin, codes, "icarus", expected=wrong).mismatches == 1

@@ -22,9 +22,8 @@ MORE_LANES = replace(SMALL, sensor=SensorArray(10, 10, 4e-3, 2e-3, 3e-3), archit
     [
         (SMALL, "ecp5-25-6"),
         # 24 lanes and those of other blocks are more than an ECP5-25 has.
-        *long((MORE_LANES, "ecp5-45-6")),
+        *long((MORE_LANES, "ecp5-45-6"), (replace(SMALL, architecture=SERIAL, target="portable"), "ecp5-25-6")),
         (replace(SMALL, architecture=SERIAL, target="ice40"), "ice40up5k"),
-        (replace(SMALL, architecture=SERIAL, target="portable"), "ecp5-25-6"),
     ],
 )
 def test_the_smallest_part_that_a_package_fits(design: Design, name: str) -> None:

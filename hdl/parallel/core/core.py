@@ -32,12 +32,16 @@ class CoreBlocks:
 
 def ask_blocks(build: Callable[[], CoreBlocks], ask: Callable[[CoreBlocks], T]) -> T:
     """What ``ask`` finds in blocks that are never elaborated."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnusedElaboratable)
-        blocks = build()
-        answer = ask(blocks)
-        del blocks
-        gc.collect()  # a block that was never elaborated warns when it is deleted: delete it here
+    gc.freeze()  # so that the collection below looks at nothing but the blocks
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnusedElaboratable)
+            blocks = build()
+            answer = ask(blocks)
+            del blocks
+            gc.collect()  # a block that was never elaborated warns when it is deleted: delete it here
+    finally:
+        gc.unfreeze()
     return answer
 
 

@@ -58,6 +58,7 @@ def test_recorded_frames_notice_a_wrong_table(case: str, tmp_path: Path) -> None
     assert re.match(r"frame \d+, word \d+, \w+: -?\d+, -?\d+ is right\n", said(built(tmp_path, texts, design.name), 1))
 
 
+@pytest.mark.long
 def test_its_readme(tmp_path: Path) -> None:
     """Its command for g++ is right but for the place of the headers, which it loads; every file is told of."""
     design = SMALL["learned_4x6"]

@@ -17,6 +17,7 @@ from tests.codegen.package.test_folder import CONTENTS
 from tests.families.ecp5.netlists import mapped
 from tests.families.ecp5.test_copies import Lanes
 from tests.families.ecp5.test_registers import Times
+from tests.marks import long
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.rules import placed, rules
 from tfra.codegen.verilog.files import modules
@@ -26,7 +27,7 @@ from tfra.synth.flow import synthesise
 
 @pytest.mark.parametrize(
     ("block", "part"),
-    [(Lanes(9), "ecp5-25"), (Times(before=True), "ecp5-45"), (Times(before=True), "ecp5-12")],
+    [(Lanes(9), "ecp5-25"), *long((Times(before=True), "ecp5-45")), (Times(before=True), "ecp5-12")],
 )
 def test_the_same_netlist(block: Any, part: str, tmp_path: Path) -> None:
     """Copies, registers inside of blocks, sites; of a part that is not known the placer chooses the sites."""

@@ -10,6 +10,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tests.families.ecp5.netlists import mapped
+from tests.marks import long
 from tfra.codegen.verilog.emit import run_yosys
 from tfra.families.ecp5.copies import LANES, spread
 from tfra.families.hierarchy import lane_of
@@ -51,7 +52,7 @@ def taken_back(module: dict[str, Any], known: set[str]) -> dict[str, Any]:
     return cells
 
 
-@pytest.mark.parametrize("number", [1, LANES, LANES + 1, 3 * LANES])
+@pytest.mark.parametrize("number", [LANES, LANES + 1, *long(1, 3 * LANES)])
 def test_copies(tmp_path, number):
     netlist = mapped(Lanes(number), tmp_path)
     before, module = copy.deepcopy(netlist["modules"]["top"]["cells"]), netlist["modules"]["top"]

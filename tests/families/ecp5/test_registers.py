@@ -81,7 +81,7 @@ def cells(block: wiring.Component, tmp_path: Path) -> tuple[int, list[dict[str, 
     return moved, hard, sum(cell["type"] == "TRELLIS_FF" for cell in found)
 
 
-@pytest.mark.parametrize(("stages", "left"), [(1, 0), (2, 36)])
+@pytest.mark.parametrize(("stages", "left"), [*long((1, 0)), (2, 36)])
 @pytest.mark.parametrize("enabled", [*long(False), True])
 def test_the_output_register_of_a_memory(stages: int, left: int, enabled: bool, tmp_path: Path) -> None:
     moved, (memory,), flipflops = cells(Store(stages, enabled), tmp_path)
@@ -91,7 +91,7 @@ def test_the_output_register_of_a_memory(stages: int, left: int, enabled: bool, 
     assert memory["connections"]["OCEA"] == memory["connections"]["OCEB"]
 
 
-@pytest.mark.parametrize("block", [Store(0), Store(1, reset=True)], ids=["none", "reset"])
+@pytest.mark.parametrize("block", [*long(Store(0)), Store(1, reset=True)], ids=["none", "reset"])
 def test_memories_without_a_register_of_their_own(block: Store, tmp_path: Path) -> None:
     moved, (memory,), _ = cells(block, tmp_path)
     assert moved == 0
@@ -101,7 +101,7 @@ def test_memories_without_a_register_of_their_own(block: Store, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("block", "moved", "left", "before"),
     [
-        (Times(before=True), 72, 0, True),
+        *long((Times(before=True), 72, 0, True)),
         (Times(before=True, shared=True), 54, 18, True),  # a factor that others read stays as well
         (Times(before=False), 36, 0, False),
     ],

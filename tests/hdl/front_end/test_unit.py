@@ -146,7 +146,7 @@ def play(design: Design, seed: int, stall_in=flowing, stall_out=flowing, count: 
 SIZES = ((2, 2), (2, 3), (3, 3), (3, 5))
 
 
-@pytest.mark.parametrize("seed", [*range(6), *long(*range(6, 60))])
+@pytest.mark.parametrize("seed", [*range(4), *long(*range(4, 60))])
 def test_random_sessions(seed):
     design = make(*SIZES[seed % 4], bits=8 + seed % 9)
     stalls = [(flowing, flowing), (random_stalls, flowing), (flowing, random_stalls), (bursts, bursts)]

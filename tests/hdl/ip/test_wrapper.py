@@ -372,7 +372,7 @@ def test_calibration() -> None:
     assert bench.back == [(0, bench.answer(7 - 5, 0))]
 
 
-@pytest.mark.parametrize(("architecture", "images"), [(SERIAL, "inline"), (Architecture(4), "load")])
+@pytest.mark.parametrize(("architecture", "images"), [(SERIAL, "inline"), *long((Architecture(4), "load"))])
 def test_cores_take_a_coefficient_a_cycle_after_a_reset(architecture: Architecture, images: str) -> None:
     """So a word of LOAD_DATA never waits."""
     timing = microarchitecture(replace(design(), architecture=architecture, images=images))

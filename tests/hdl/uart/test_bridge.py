@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hdl.uart.line import framed, frames, little_endian
-from tests.marks import STALLS
+from tests.marks import STALLS, long
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.uart.bridge import Bridge, coefficient_bytes
 from tfra.hdl.uart.slip import END, ESC, Decoder, Encoder
@@ -114,7 +114,7 @@ class Chain(wiring.Component):
         return m
 
 
-@pytest.mark.parametrize("design", [DESIGN, SERIAL_DESIGN], ids=["parallel", "serial"])
+@pytest.mark.parametrize("design", [*long(DESIGN), SERIAL_DESIGN], ids=["parallel", "serial"])
 def test_a_core_behind_the_line_gives_the_models_words(design: TfraDesign) -> None:
     codes = contact_codes(design, 2, 1)
     loaded = microarchitecture(design).loaded

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.designs import label
+from tests.marks import long
 from tfra.hdl.parallel.matvec.passes import FULL, Passes, full
 from tfra.hdl.parallel.matvec.plan import Plan, Source
 from tfra.hdl.parallel.matvec.schedule import spacing
@@ -112,11 +113,9 @@ def send(design: Mixed, drawn: dict[str, np.ndarray], **stalls) -> Recording:
 @pytest.mark.parametrize(
     ("design", "stall"),
     [
-        (DESIGNS[0], flowing),
         (DESIGNS[0], random_stalls),
-        (DESIGNS[1], bursts),
-        (DESIGNS[2], random_stalls),
         (DESIGNS[3], bursts),
+        *long((DESIGNS[0], flowing), (DESIGNS[1], bursts), (DESIGNS[2], random_stalls)),
     ],
 )
 def test_every_product_of_every_length_is_the_models(design, stall):
@@ -156,7 +155,7 @@ def test_a_wrong_bit_is_noticed():
 
 
 @pytest.mark.parametrize("design", [DESIGNS[0], DESIGNS[3]], ids=label)
-@pytest.mark.parametrize("name", ["codes", "short", "long", "mid"])
+@pytest.mark.parametrize("name", ["codes", "short", *long("long", "mid")])
 def test_latency_duration_and_passes_are_as_told(design, name):
     """Of one product alone."""
     drawn = draw(design, 1, 11)

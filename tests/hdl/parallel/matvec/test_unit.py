@@ -126,12 +126,12 @@ def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
         assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
 
 
-@pytest.mark.parametrize("design", [*SMALL[:2], *long(*SMALL[2::3])], ids=label)
+@pytest.mark.parametrize("design", [SMALL[1], *long(SMALL[0], *SMALL[2::3])], ids=label)
 def test_extreme_operands(design):
     check(design, corners(design))
 
 
-@pytest.mark.parametrize("design", [*SMALL[:4], *long(*SMALL[4:])], ids=label)
+@pytest.mark.parametrize("design", [*SMALL[1:3], *long(SMALL[0], *SMALL[3:])], ids=label)
 def test_random_operands_with_stalls(design):
     check(design, draw(design, 2, 5), seed=5, stall_in=random_stalls, stall_out=bursts)
 
