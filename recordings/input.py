@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 
 from tfra.model.arrays import Floats
-from tfra.model.fixed.front_end import MOST_AVERAGED
 from tfra.model.sensor import SensorArray
 
 Unit = Literal["Pa", "kPa", "codes"]
@@ -71,9 +70,6 @@ PLAIN = Input()
 """The format of ``tfra frames``: pascals, compression negative, row by row."""
 
 
-AVERAGES = tuple(1 << log2 for log2 in range(MOST_AVERAGED + 1))
-"""Frames of a mean: those of the core."""
-
 FILES = ("tare", "calibration")
 """Fields that name files."""
 
@@ -98,12 +94,20 @@ def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
     found = replace(chosen, **given)
     if found.columns and found.skip_columns:
         raise ValueError("columns: and skip_columns exclude each other")
-    if found.average not in AVERAGES:
-        raise ValueError(f"average: one of {', '.join(map(str, AVERAGES))} is needed, got {found.average}")
+    _check_average(found.average)
     for key, what in _OF_CODES.items():
         if key in given and found.unit != "codes":
             raise ValueError(f"{key}: only codes have {what}: the unit must be codes, not {found.unit}")
     return found
+
+
+def _check_average(count: int) -> None:
+    """Raise ``ValueError`` for a ``count`` of frames that the core makes no mean of."""
+    from tfra.model.fixed.front_end import MOST_AVERAGED  # here, since it takes long: every command reads this file
+
+    counts = [1 << log2 for log2 in range(MOST_AVERAGED + 1)]
+    if count not in counts:
+        raise ValueError(f"average: one of {', '.join(map(str, counts))} is needed, got {count}")
 
 
 def arranged(values: Floats, given: Input, sensor: SensorArray) -> Floats:
