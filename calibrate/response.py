@@ -60,6 +60,10 @@ class Stress(NamedTuple):
     force: Floats
 
 
+_Factors = tuple[tuple[Floats, ...], tuple[Floats, ...]]
+"""Products with the cosines at the taxels ``(n, taxels, p)``, of normal loads and of those along the axis."""
+
+
 class _Line(NamedTuple):
     """The series along an axis: wavenumbers ``(p,)``, origin, and cosines at the taxels ``(taxels, p)``."""
 
@@ -67,16 +71,13 @@ class _Line(NamedTuple):
     origin: float
     cosines: Floats
 
-    def factors(self, places: Floats, derivatives: int) -> tuple[Floats, Floats]:
-        """Of loads at ``places``, normal ones and those along the axis: the products with the cosines, ``(n, p, t)``.
-
-        ``derivatives`` by the place, none or one.
-        """
+    def factors(self, places: Floats) -> _Factors:
+        """Those of loads at ``places (n,)``, and their derivatives by the place."""
         phase = (places - self.origin)[:, None] * self.k
-        sine = self.k * np.sin(phase)
-        pair = (-sine, self.k**2 * np.cos(phase)) if derivatives else (np.cos(phase), sine)
-        even, odd = (factor[:, None, :] * self.cosines for factor in pair)
-        return even, odd
+        cosine, sine = np.cos(phase), self.k * np.sin(phase)
+        pairs = ((cosine, sine), (-sine, self.k**2 * cosine))
+        values, derivatives = (tuple(factor[:, None, :] * self.cosines for factor in pair) for pair in pairs)
+        return values, derivatives
 
 
 class _Transfer(NamedTuple):
@@ -95,11 +96,12 @@ class Response:
 
     def __call__(self, log_thickness: float, poisson: float, presses: Presses) -> Stress:
         """The stress of ``presses`` under a cover of this thickness, its logarithm in m, and Poisson's ratio."""
-        layer = log_thickness, poisson
-        thicker, softer = (self._slope(layer, step) for step in ((_STEP, 0.0), (0.0, -_STEP)))
-        transfer = self._transfer(*layer)
+        transfer = self._transfer(log_thickness, poisson)
+        thicker = _slope(transfer, self._transfer(log_thickness + _STEP, poisson), _STEP)
+        softer = _slope(transfer, self._transfer(log_thickness, poisson - _STEP), -_STEP)
+        lines = [line.factors(places) for line, places in zip(self._lines, (presses.x, presses.y), strict=True)]
         profile, wider = _profiles(self._k * np.exp(presses.log_radius)[:, None, None], presses.flat)
-        parts = self._parts(profile, transfer, presses)
+        parts = self._parts(profile, transfer, lines)
         force = presses.force.T[:, :, None]
 
         def of(parts: Floats) -> Floats:
@@ -107,33 +109,26 @@ class Response:
 
         return Stress(
             value=of(parts),
-            log_thickness=of(self._parts(profile, thicker, presses)),
-            poisson=of(self._parts(profile, softer, presses)),
-            x=of(self._parts(profile, transfer, presses, along_x=1)),
-            y=of(self._parts(profile, transfer, presses, along_y=1)),
-            log_radius=of(self._parts(wider, transfer, presses)),
+            log_thickness=of(self._parts(profile, thicker, lines)),
+            poisson=of(self._parts(profile, softer, lines)),
+            x=of(self._parts(profile, transfer, lines, along_x=1)),
+            y=of(self._parts(profile, transfer, lines, along_y=1)),
+            log_radius=of(self._parts(wider, transfer, lines)),
             force=parts,
         )
 
     def _parts(
-        self, profile: Floats, transfer: _Transfer, presses: Presses, along_x: int = 0, along_y: int = 0
+        self, profile: Floats, transfer: _Transfer, lines: list[_Factors], along_x: int = 0, along_y: int = 0
     ) -> Floats:
         """Stress per newton along x, y and z, ``(3, n, m)`` in 1/m^2, or its derivative by the place."""
-        line_x, line_y = self._lines
-        even_x, odd_x = line_x.factors(presses.x, along_x)
-        even_y, odd_y = line_y.factors(presses.y, along_y)
+        (even_x, odd_x), (even_y, odd_y) = lines[0][along_x], lines[1][along_y]
         sheared, straight = profile * transfer.tangential, profile * transfer.normal
         found = (
             (even_y @ sheared) @ odd_x.transpose(0, 2, 1),
             (odd_y @ sheared) @ even_x.transpose(0, 2, 1),
             (even_y @ straight) @ even_x.transpose(0, 2, 1),
         )
-        return np.stack(found).reshape(3, len(presses.x), self.sensor.taxels)
-
-    def _slope(self, layer: tuple[float, float], step: tuple[float, float]) -> _Transfer:
-        """The derivative of the transfer functions along ``step``."""
-        here, there = self._transfer(*layer), self._transfer(layer[0] + step[0], layer[1] + step[1])
-        return _Transfer(*((b - a) / sum(step) for a, b in zip(here, there, strict=True)))
+        return np.stack(found).reshape(3, len(profile), self.sensor.taxels)
 
     def _transfer(self, log_thickness: float, poisson: float) -> _Transfer:
         layer = ElasticLayer(*self._sizes, math.exp(log_thickness), poisson, 0.0, 0.0)
@@ -170,6 +165,11 @@ class Response:
         line_x, line_y = self._lines
         weights = np.outer(np.where(line_y.k > 0, 2.0, 1.0), np.where(line_x.k > 0, 2.0, 1.0))
         return np.asarray(weights / math.prod(self._sizes))
+
+
+def _slope(here: _Transfer, there: _Transfer, step: float) -> _Transfer:
+    """The difference quotient of the transfer functions."""
+    return _Transfer(*((b - a) / step for a, b in zip(here, there, strict=True)))
 
 
 def _profiles(s: Floats, flat: Bools) -> tuple[Floats, Floats]:
