@@ -21,7 +21,6 @@ TOLD = 0.25
 NOISY = 5.0
 """Times the usual noise."""
 
-
 OFF, SURELY = 0.05, 5.0
 """A load is off if it shows another force by more than this share, and by so many usual deviations."""
 
@@ -31,6 +30,11 @@ def shown(fit: Fit, told: Readings) -> Floats:
     weights = np.where(told.told, told.error**-2.0, 0.0)
     expected = fit.sensitivity * fit.stress / fit.scale[:, None]
     return np.asarray((weights * told.value * expected).sum(axis=1) / (weights * expected**2).sum(axis=1))
+
+
+def left(fit: Fit, told: Readings) -> Floats:
+    """What the model leaves of the readings, Pa, ``(n, m)``; 0 where nothing was told."""
+    return np.where(told.told, told.value - fit.sensitivity * fit.stress, 0.0)
 
 
 def is_off(ratio: Floats) -> Bools:
@@ -79,6 +83,11 @@ class Calibrated:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.array.sensor.rows, self.array.sensor.columns
+
+    @property
+    def dead_places(self) -> tuple[tuple[int, int], ...]:
+        """Row and column of each dead taxel, as [input] has them."""
+        return tuple((int(row), int(column)) for row, column in np.argwhere(self.dead))
 
     @cached_property
     def common(self) -> float:
@@ -142,9 +151,8 @@ class Calibrated:
     @cached_property
     def residual(self) -> Floats:
         """What the model leaves of each reading, over its peak, ``(n, rows, columns)``; 0 where nothing was told."""
-        left = np.where(self.told.told, self.told.value - self.fit.sensitivity * self.fit.stress, 0.0)
         peak = np.abs(self.told.value).max(axis=1, keepdims=True)
-        return np.asarray((left / peak).reshape(-1, *self.shape))
+        return np.asarray((left(self.fit, self.told) / peak).reshape(-1, *self.shape))
 
     @cached_property
     def drift(self) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 
 from tfra.calibrate.calibrated import Calibrated
 from tfra.model.arrays import Floats
+from tfra.model.metrics import turn_deg
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result
 from tfra.recordings.front_end import FrontEnd
@@ -31,22 +32,19 @@ class Errors:
 
 def errors(found: Calibrated, estimators: Mapping[str, Estimator]) -> list[Errors]:
     """The errors of ``estimators`` by their names, with CONFIG as it is, and with gains and cover of ``found``."""
+    if not estimators:
+        return []
     at = np.array([bool(load.normal) for load in found.loads])
-    sensor = found.array.sensor
     raw = found.told.value.reshape(-1, *found.shape)[at]
-    cover = replace(sensor, thickness=found.fit.thickness)
+    repaired = FrontEnd(found.array, Input(dead=found.dead_places))
+    sensor = found.array.sensor
+    before = sensor, repaired(raw)
+    after = replace(sensor, thickness=found.fit.thickness), repaired(raw * found.gain)
     rows = []
     for name, estimator in estimators.items():
-        before, after = estimator(sensor)(_repaired(found, raw)), estimator(cover)(_repaired(found, raw * found.gain))
-        both = zip(_errors(found, at, before), _errors(found, at, after), strict=True)
-        rows.append(Errors(name, *(value for pair in both for value in pair)))
+        both = (_errors(found, at, estimator(cover)(stress)) for cover, stress in (before, after))
+        rows.append(Errors(name, *(value for pair in zip(*both, strict=True) for value in pair)))
     return rows
-
-
-def _repaired(found: Calibrated, stress: Floats) -> Floats:
-    """``stress`` in Pa with dead taxels computed from the others."""
-    dead = tuple((int(row), int(column)) for row, column in np.argwhere(found.dead))
-    return FrontEnd(found.array, Input(dead=dead))(stress)
 
 
 def _errors(found: Calibrated, at: Floats, result: Result) -> tuple[float, float, float]:
@@ -54,7 +52,7 @@ def _errors(found: Calibrated, at: Floats, result: Result) -> tuple[float, float
     normal, tangential = (np.array([getattr(load, key) for load in loads]) for key in ("normal", "tangential"))
     phi = np.array([np.nan if load.direction is None else load.direction for load in loads])
     off = np.abs(result.resultant[:, 2] / normal + 1)
-    turned = np.abs((result.phi_deg - np.degrees(phi) + 180.0) % 360.0 - 180.0)
+    turned = turn_deg(np.degrees(phi), result.phi_deg)
     pulled = tangential > 0
     return _median(off), _median(np.abs(result.mu - tangential / normal)[pulled]), _median(turned[pulled])
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from tfra.calibrate.calibrated import NOISY, Calibrated
 from tfra.calibrate.orientation import name
+from tfra.model.arrays import Floats
 from tfra.recordings.calibration import SURE
 from tfra.recordings.input import codes_of
 from tfra.report.table import listed, number
@@ -146,7 +147,7 @@ def _shape_of_the_curve(found: Calibrated) -> Iterator[str]:
             yield f"the sensitivity is {100 * abs(value):.0f} % {'higher' if value > 0 else 'lower'} {what}"
 
 
-def _slope(x: np.typing.NDArray[np.float64], y: np.typing.NDArray[np.float64]) -> tuple[float, float]:
+def _slope(x: Floats, y: Floats) -> tuple[float, float]:
     """Slope and standard deviation of a line through y over x."""
     if len(x) < FEW or np.ptp(x) < 0.3:
         return 0.0, 0.0
@@ -154,7 +155,7 @@ def _slope(x: np.typing.NDArray[np.float64], y: np.typing.NDArray[np.float64]) -
     return float(coefficients[0]), float(np.sqrt(covariance[0, 0]))
 
 
-def _difference(a: np.typing.NDArray[np.float64], b: np.typing.NDArray[np.float64]) -> tuple[float, float]:
+def _difference(a: Floats, b: Floats) -> tuple[float, float]:
     if min(len(a), len(b)) < 3:
         return 0.0, 0.0
     return float(a.mean() - b.mean()), float(np.hypot(a.std() / np.sqrt(len(a)), b.std() / np.sqrt(len(b))))

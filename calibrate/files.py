@@ -4,8 +4,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tfra.calibrate.calibrated import Calibrated, short
 from tfra.model.arrays import Floats, Ints
 from tfra.model.fixed.front_end import Settings, Tables
@@ -74,7 +72,7 @@ def _toml(found: Calibrated) -> str:
             gain_error=_rows(found.gain_error),
             rest=_rows(found.rest),
             noise=_rows(found.noise),
-            dead=[[int(row), int(column)] for row, column in np.argwhere(found.dead)],
+            dead=[list(place) for place in found.dead_places],
             cover=found.cover,
         )
     )

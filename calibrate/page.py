@@ -8,6 +8,7 @@ from tfra.calibrate.calibrated import Calibrated
 from tfra.calibrate.compare import Errors
 from tfra.calibrate.orientation import name
 from tfra.calibrate.pictures import pictures
+from tfra.recordings.calibration import SURE
 from tfra.report.html import Section, page, paragraph
 from tfra.report.table import Table, number
 
@@ -55,9 +56,9 @@ def lines(found: Calibrated) -> Iterator[str]:
     yield f"{len(found.loads)} loads told the gains of {len(error)} of {alive} taxels that are alive{known}"
     yield (
         f"gains are {number(found.common)} with a spread of {100 * found.spread:.0f} %; the cover acts as one of "
-        f"{1e3 * fit.thickness:.3g} mm, from {1e3 * (fit.thickness - 1.96 * fit.thickness_error):.3g} to "
-        f"{1e3 * (fit.thickness + 1.96 * fit.thickness_error):.3g} mm with 95 %, Poisson's ratio {fit.poisson:.2f} "
-        f"+- {1.96 * fit.poisson_error:.2f}"
+        f"{1e3 * fit.thickness:.3g} mm, from {1e3 * (fit.thickness - SURE * fit.thickness_error):.3g} to "
+        f"{1e3 * (fit.thickness + SURE * fit.thickness_error):.3g} mm with 95 %, Poisson's ratio {fit.poisson:.2f} "
+        f"+- {SURE * fit.poisson_error:.2f}"
     )
     side = "goes on beyond the array" if fit.margin else "ends at its outer cells"
     yield f"the cover {side}; the model leaves {100 * found.misfit:.2f} % of the peaks beyond the noise"

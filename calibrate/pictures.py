@@ -1,10 +1,8 @@
 """Pictures of a calibration, as parts of a page: the same numbers give the same bytes."""
 
-import base64
 import io
 import math
 from collections.abc import Callable
-from html import escape
 from typing import Any
 
 import matplotlib as mpl
@@ -15,6 +13,7 @@ from tfra.calibrate.calibrated import Calibrated
 from tfra.calibrate.response import Presses, Response
 from tfra.model.arrays import Floats
 from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from tfra.report.html import image
 
 STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "tfra", "svg.fonttype": "path"}
 
@@ -42,8 +41,7 @@ def pictures(found: Calibrated) -> dict[str, str]:
 def _image(figure: Figure, label: str) -> str:
     stream = io.BytesIO()
     figure.savefig(stream, format="svg", metadata={"Date": None})
-    data = base64.b64encode(stream.getvalue()).decode()
-    return f'<img alt="{escape(label)}" src="data:image/svg+xml;base64,{data}">'
+    return image(label, stream.getvalue())
 
 
 def _map(axes: Any, values: Floats, limits: tuple[float, float], colours: str) -> Any:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tfra.calibrate.calibrated import Calibrated, is_off, shown
+from tfra.calibrate.calibrated import Calibrated, is_off, left, shown
 from tfra.calibrate.fit import MOST_STEPS, SPREAD, Fit, Known, Readings, fit
 from tfra.calibrate.loads import Load, read_loads
 from tfra.calibrate.orientation import Orientation, is_square, orientation, transposed
@@ -252,6 +252,5 @@ def _spread(found: Fit, told: Readings) -> float:
 
 def _misfit(found: Fit, told: Readings) -> float:
     """What the model leaves beyond the errors of the readings, over their peaks."""
-    left = np.where(told.told, told.value - found.sensitivity * found.stress, 0.0)
-    beyond = (left**2).sum() - (told.error[told.told] ** 2).sum()
+    beyond = (left(found, told) ** 2).sum() - (told.error[told.told] ** 2).sum()
     return float(np.sqrt(max(0.0, beyond) / (told.told * _peaks(told) ** 2).sum()))

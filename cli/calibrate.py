@@ -105,7 +105,7 @@ def _summary(found: Calibrated) -> dict[str, Any]:
         "loads": len(found.loads),
         "taxels": int(found.known.size),
         "known": int(found.known.sum()),
-        "dead": [[int(row), int(column)] for row, column in zip(*found.dead.nonzero(), strict=True)],
+        "dead": found.dead_places,
         "common_gain": found.common,
         "spread": found.spread,
         "thickness_mm": 1e3 * fit.thickness,

@@ -1,6 +1,5 @@
 """The report: self-contained pages without script or outside resource, pictures first."""
 
-import base64
 from collections.abc import Sequence
 from html import escape
 from itertools import groupby
@@ -8,7 +7,7 @@ from pathlib import Path
 
 from tfra.paper.picture import Picture, Text
 from tfra.paper.tables import HEADER, MAXIMA_HEADER, Cells, Table
-from tfra.report.html import contents, document, grid, row, text
+from tfra.report.html import contents, document, grid, image, row, text
 
 STYLE = """
 tr.published { background: #f3f0e6; }
@@ -84,12 +83,9 @@ def _heading(item: Picture | Table) -> str:
 
 
 def _picture(folder: Path, picture: Picture) -> str:
-    image = base64.b64encode((folder / f"{picture.name}.svg").read_bytes()).decode()
     label = _heading(picture)
-    return (
-        f'<h2 id="{picture.name}">{text(label)}</h2>\n'
-        f'<img alt="{escape(label)}" src="data:image/svg+xml;base64,{image}">\n{_text(picture.text)}'
-    )
+    drawn = image(label, (folder / f"{picture.name}.svg").read_bytes())
+    return f'<h2 id="{picture.name}">{text(label)}</h2>\n{drawn}\n{_text(picture.text)}'
 
 
 def _table(table: Table) -> str:

@@ -1,5 +1,6 @@
 """Pages of HTML: each is one file that loads nothing."""
 
+import base64
 import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -95,6 +96,11 @@ def paragraph(words: str, kind: str = "") -> str:
     """A paragraph of ``words``, as :func:`text`; ``kind``: ``answer``, ``answer failed``, ``note`` or ``caption``."""
     named = f' class="{kind}"' if kind else ""
     return f"<p{named}>{text(words)}</p>"
+
+
+def image(label: str, svg: bytes) -> str:
+    """A picture within the page; ``label`` is for readers who do not see it."""
+    return f'<img alt="{escape(label)}" src="data:image/svg+xml;base64,{base64.b64encode(svg).decode()}">'
 
 
 def data_script(name: str, data: Any) -> str:

@@ -22,7 +22,7 @@ from tfra.model.arrays import Floats
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result
-from tfra.recordings.calibration import Calibration
+from tfra.recordings.calibration import SURE, Calibration
 from tfra.recordings.front_end import FrontEnd
 from tfra.recordings.input import Input, arranged
 from tfra.report.table import Table
@@ -50,7 +50,7 @@ def measured(seed: int) -> dict[str, Any]:
     found = calibrated(sensor)
     right = all(getattr(found.given, key) == getattr(sensor.given, key) for key in ("order", "flip_x", "flip_y"))
     errors = (found.gain / sensor.gain - 1)[found.known]
-    inside = np.abs(errors) < 1.96 * found.gain_error[found.known]
+    inside = np.abs(errors) < SURE * found.gain_error[found.known]
     thickness = found.fit.thickness / sensor.thickness - 1
     return {
         "right": right and found.orientation.is_sure,
@@ -60,7 +60,7 @@ def measured(seed: int) -> dict[str, Any]:
         "gain": float(np.median(np.abs(errors))),
         "gain_inside": int(inside.sum()),
         "thickness": float(thickness),
-        "thickness_inside": bool(abs(thickness * sensor.thickness) < 1.96 * found.fit.thickness_error),
+        "thickness_inside": bool(abs(thickness * sensor.thickness) < SURE * found.fit.thickness_error),
         **{f"tfra_{key}": value for key, value in forces(sensor, found, _tfra).items()},
     }
 
