@@ -15,12 +15,12 @@ from tfra.cli.inputs import Given, files_of, for_recording, for_stream, frames_a
 from tfra.cli.messages import print_error
 from tfra.cli.reports import ArrayReport, SkinReport
 from tfra.codegen.config.core import check_core
-from tfra.engines import DOUBLE, Engine, codes, estimator, skin_estimator
+from tfra.engines import DOUBLE, Engine, codes, estimator, skin_estimator, taken
 from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
-    from tfra.model.arrays import Floats
+    from tfra.model.arrays import Bools, Floats
     from tfra.model.skin.result import SkinResult
     from tfra.model.tfra import Result
     from tfra.recordings.intake import Intake
@@ -55,11 +55,12 @@ class _Shown(NamedTuple):
 
 
 class _Source(NamedTuple):
-    """The project with the ``input`` of a source, its name, and its frames in Pa, or faults of its lines."""
+    """The project with a source's ``input``, its name, its frames in Pa, or faults of its lines, and dead taxels."""
 
     project: Project
     name: str
     frames: Iterator[Floats | str]
+    dead: Bools | None
     tare: Intake | None = None
 
 
@@ -93,7 +94,7 @@ def live(
     project = load(config)
     if engine not in DOUBLE:
         check_core(project)  # before a stream is opened
-    project, name, frames, tare = _frames(project, source, rate, given or {}, engine)
+    project, name, frames, dead, tare = _frames(project, source, rate, given or {}, engine)
     inputs = [config, Path(source), *files_of(project.input)]
     if out:
         check_result(out, "live", inputs)
@@ -101,7 +102,7 @@ def live(
     def warn(fault: str) -> None:
         print_error(f"warning: {InputError(name, '', fault)}")
 
-    feed, page, record, report = _shown(project, name, engine)
+    feed, page, record, report = _shown(project, name, engine, dead)
     feed.tare, feed.keep = tare, record.keep if out else None
     sensor = project.array.sensor
     stopped = None
@@ -152,21 +153,19 @@ def _write(
     typer.echo(f"{out}: {len(recording)} frames by the {engine.value} engine")
 
 
-def _shown(project: Project, source: str, engine: Engine) -> _Shown:
-    """What shows the frames of the project's array, from ``source``."""
+def _shown(project: Project, source: str, engine: Engine, dead: Bools | None) -> _Shown:
+    """What shows the frames of the project's array, whose ``dead`` taxels are marked, from ``source``."""
     from tfra.model import tfra
     from tfra.model.skin import result
-    from tfra.recordings.frames import front_end
     from tfra.recordings.record import Record
     from tfra.view.page import live_feed, render_live
     from tfra.view.skin_page import live_skin_feed, render_skin_live
 
-    dead = ~front_end(Path(source), project.array.sensor, project.array.adc, project.input, None).alive
     if project.skin:
         skin, contacts = project.skin, skin_estimator(engine, project, project.skin)
 
         def found(stress: Floats) -> SkinResult:
-            return contacts(stress if engine in DOUBLE else codes(project, stress, source))
+            return contacts(taken(engine, project, stress, source))
 
         of_skin = Record(found, result.joined)
         feed = live_skin_feed(source, skin, of_skin)
@@ -175,7 +174,7 @@ def _shown(project: Project, source: str, engine: Engine) -> _Shown:
     model = estimator(engine, project)
 
     def estimate(stress: Floats) -> Result:
-        return model(stress if engine in DOUBLE else codes(project, stress, source))
+        return model(taken(engine, project, stress, source))
 
     record = Record(estimate, tfra.joined)
     feed = live_feed(source, engine.value, project.design, record, project.design.sweeps)
@@ -200,10 +199,10 @@ def _frames(project: Project, source: str, rate: float | None, given: Given, eng
         project = for_stream(project, given, "live")
         lines = FrameLines(project.array.sensor, project.array.adc, project.input)
         stream = open_stream(source)
-        return _Source(project, stream.name, lines.frames(stream.lines(), check), lines.intake)
+        return _Source(project, stream.name, lines.frames(stream.lines(), check), ~lines.intake.alive, lines.intake)
     file = Path(source)
     project = for_recording(project, file, given, "live")
     recording = frames_at(file, project)
     if engine not in DOUBLE:
         codes(project, recording.frames, file)
-    return _Source(project, file.name, replayed(recording.frames, due(recording, rate)))
+    return _Source(project, file.name, replayed(recording.frames, due(recording, rate)), recording.dead)

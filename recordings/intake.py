@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Bools, Floats
 from tfra.model.choices import Adc
 from tfra.recordings.front_end import FrontEnd
 from tfra.recordings.input import Input
@@ -46,6 +46,11 @@ class Intake:
         self._left = [frames[there - there % self._given.average :]]
         shown = self._after_tare(averaged(frames, self._given.average))
         return self._convert(shown) if len(shown) else shown
+
+    @property
+    def alive(self) -> Bools:
+        """Taxels whose numbers count, ``(rows, columns)``."""
+        return self._convert.alive
 
     def again(self) -> None:
         """Take the next frames for a new tare, whatever thread asks."""

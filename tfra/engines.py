@@ -65,7 +65,7 @@ def run(
     from tfra.model.tfra import joined
 
     model = estimator(engine, project)
-    given = _given(engine, project, frames, source, converted)
+    given = taken(engine, project, frames, source, converted)
     if engine is Engine.RTL:  # one simulation, which tells how far it is
         from tfra.sim.run import simulate
 
@@ -86,7 +86,7 @@ def run_skin(
     from tfra.model.skin.records import decode_records
     from tfra.model.skin.result import joined
 
-    given = _given(engine, project, frames, source, converted)
+    given = taken(engine, project, frames, source, converted)
     if engine is Engine.RTL:
         from tfra.sim.run import simulate
 
@@ -109,8 +109,8 @@ def skin_estimator(engine: Engine, project: Project, skin: Skin) -> Callable[[An
     return lambda given: decode_records(skin, words(given))
 
 
-def _given(engine: Engine, project: Project, frames: Floats, source: str | Path, converted: bool) -> Any:
-    """``frames`` as the engine takes them: codes, stress in Pa, or that of the codes."""
+def taken(engine: Engine, project: Project, frames: Floats, source: str | Path, converted: bool = False) -> Any:
+    """``frames`` in Pa as the engine takes them: codes, stress in Pa, or that of the codes; raises as :func:`run`."""
     if engine in DOUBLE and not converted:
         return frames
     measured = codes(project, frames, source)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from tfra.array import Array, EngineName, keywords
 from tfra.codegen.config import read as config
 from tfra.contacts import Truth, simulated
-from tfra.engines import DOUBLE, codes, estimator, run
+from tfra.engines import estimator, run, taken
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
 from tfra.model.tfra import joined
@@ -129,8 +129,8 @@ class Sensor(Array):
         chosen, project = self._streamed(engine, given)
 
         def estimate(recording: Recording) -> Result:
-            taken = recording.frames if chosen in DOUBLE else codes(project, recording.frames, "Sensor.stream")
-            return Result(**vars(joined([model(taken)])), project=self.project, recording=recording, engine=engine)
+            found = joined([model(taken(chosen, project, recording.frames, "Sensor.stream"))])
+            return Result(**vars(found), project=self.project, recording=recording, engine=engine)
 
         with keywords():
             model = estimator(chosen, project)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from tfra.array import Array, EngineName, keywords
 from tfra.codegen.config import read as config
 from tfra.contacts import Truth, simulated
-from tfra.engines import DOUBLE, codes, run_skin, skin_estimator
+from tfra.engines import run_skin, skin_estimator, taken
 from tfra.found import Contacts
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
@@ -103,8 +103,8 @@ class Skin(Array):
         chosen, project = self._streamed(engine, given)
 
         def estimate(recording: Recording) -> Contacts:
-            taken = recording.frames if chosen in DOUBLE else codes(project, recording.frames, "Skin.stream")
-            return Contacts(**vars(model(taken)), project=self.project, recording=recording, engine=engine)
+            found = model(taken(chosen, project, recording.frames, "Skin.stream"))
+            return Contacts(**vars(found), project=self.project, recording=recording, engine=engine)
 
         with keywords():
             model = skin_estimator(chosen, project, self.skin)
