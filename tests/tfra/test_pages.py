@@ -63,4 +63,5 @@ def test_the_notebook() -> None:
     kinds = [output["output_type"] for cell in found for output in cell]
     assert (kinds.count("display_data"), kinds.count("execute_result") > 3) == (2, True)
     assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
-    assert {path.name for path in Path().iterdir()} == {"examples", "skin.toml", "page.html", "log.csv", "forces.csv"}
+    made = {"skin.toml", "example", "learned.toml", "page.html", "log.csv", "forces.csv"}
+    assert {path.name for path in Path().iterdir()} == {"examples", *made}
