@@ -127,7 +127,7 @@ class Sizing:
     def _refusal(self) -> str:
         """Why no core is chosen: the bound that none reaches, or what the smallest fast enough core lacks."""
         for core in self.fast:
-            return f"{core.objections[0]}, for the smallest core that is fast enough ({core.title})"
+            return f"{'; '.join(core.objections)}, for the smallest core that is fast enough ({core.title})"
         clock, bounds = self.bounds.clock_mhz, self.bounds
         timed = [(core.speed, core) for core in self.candidates if core.speed]
         quickest, often = min(timed, key=lambda pair: pair[0].interval)

@@ -7,6 +7,7 @@ Other families have other rules for memories and carry chains: for them the esti
 """
 
 import json
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -40,7 +41,8 @@ _WORDS, _BITS, _TABLES = 16, 4, 6
 class Prices:
     """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured.
 
-    ``family`` and ``estimator`` are those that they were fitted to.
+    ``family`` and ``estimator`` are those that they were fitted to.  ``error`` has either sign, ``short`` is the share
+    that a core takes more than estimated: an estimate that is never short has 0.
     """
 
     family: str
@@ -48,13 +50,14 @@ class Prices:
     lut: Mapping[str, float]
     ff: float
     error: Mapping[str, float]
+    short: Mapping[str, float]
 
 
 @cache
 def prices(kind: str = "parallel") -> Prices:
     """The fitted prices of cores of ``kind``."""
     data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
-    return Prices(data["family"], data["estimator"], data["lut"], data["ff"], data["error"])
+    return Prices(data["family"], data["estimator"], data["lut"], data["ff"], data["error"], data["short"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,17 +207,19 @@ def basis(kind: str, family: Family, estimator: str) -> str:
     return f"{unit}, the family of the fitted {kind} cores; {family.title} has {family.lut}s, so this is only a guide"
 
 
-def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:
+def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel", *, doubtful: bool = False) -> list[str]:
     """The resources that ``target`` lacks for a core of ``kind``: name, need, and what the part has.
 
-    A resource may exceed the part by the fit's largest error.
+    A resource may exceed the part by the fit's largest error; if ``doubtful``, those that only may fit are told, too.
     """
-    error = prices(kind).error
-    return [
-        f"{name}: about {total[name]:,} are needed, {target.name} has {have:,}"
-        for name, have in target.available.items()
-        if total[name] > have * (1 + error.get(name, 0.0))
-    ]
+    rates, found = prices(kind), []
+    for name, have in target.available.items():
+        need = total[name]
+        most = math.ceil(need * (1 + rates.short.get(name, 0.0)))
+        if need > have * (1 + rates.error.get(name, 0.0)) or (doubtful and most > have):
+            about = f"about {need:,}" if need > have else f"about {need:,}, at most {most:,},"
+            found.append(f"{name}: {about} are needed, {target.name} has {have:,}")
+    return found
 
 
 def part_of(array: Design | Skin) -> Part:

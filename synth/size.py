@@ -58,7 +58,7 @@ def _hopeless(candidate: Candidate, target: Target) -> bool:
     """Whether cores with more lanes also lack multipliers, or lookup tables without coefficients."""
     assert candidate.resources
     least = {**candidate.resources, "LUT": candidate.least}
-    lacks = misfits(least, target, candidate.architecture.kind)
+    lacks = misfits(least, target, candidate.architecture.kind, doubtful=True)
     return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
 
 
@@ -93,5 +93,5 @@ def _line(first: Microarchitecture, array: Design | Skin, target: Target, bounds
         else:
             found = estimate(replace(array, window=design) if isinstance(array, Skin) else design, target.family)
             resources = found.total
-            lacks = tuple(misfits(resources, target, design.architecture.kind))
+            lacks = tuple(misfits(resources, target, design.architecture.kind, doubtful=True))
             yield Candidate(design.architecture, design, speed, resources, lacks, resources["LUT"] - found.constants)
