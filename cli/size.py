@@ -24,7 +24,7 @@ Latency = Annotated[
 ]
 Clock = Annotated[
     float | None,
-    typer.Option(metavar="F", min=1, max=1000, help="Clock of the core. Default: the aim of place and route."),
+    typer.Option(metavar="F", min=1, max=1000, help="Clock of the core. Default: the slowest measured on the part, or the aim of place and route if less."),
 ]
 
 
@@ -59,7 +59,7 @@ def size(
     if page:
         check_file(page, ".html", "size", [config])
     check_core(replace(project, design=project.design.built_as(Architecture(4, 1))))
-    bounds = Bounds(clock_mhz or part.clock_mhz, frames_per_second, latency_us)
+    bounds = Bounds(clock_mhz, frames_per_second, latency_us)
     with progress("sizing the core"):
         found = choose(project.array, part, bounds)
     try:

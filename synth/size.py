@@ -12,7 +12,8 @@ from tfra.model.choices import SERIAL, VECTOR_WORDS, Architecture, Images
 from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
-from tfra.synth.estimate import estimate, misfits
+from tfra.synth.clocks import clock_of
+from tfra.synth.estimate import Estimate, estimate, misfits
 
 
 def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
@@ -51,7 +52,10 @@ def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
             best = min(best, candidate.luts)
         if candidate.least < best and not _hopeless(candidate, target):
             go_on(line)
-    return Sizing(design, target, bounds, tuple(seen))
+    serial_lacks: tuple[str, ...] = ()
+    if best == sys.maxsize and (slow := seen[0]).design and not slow.resources:
+        _, serial_lacks = _fitted(slow.design, array, target)
+    return Sizing(design, target, bounds, tuple(seen), serial_lacks)
 
 
 def _hopeless(candidate: Candidate, target: Target) -> bool:
@@ -86,12 +90,18 @@ def cells(design: Design, family: Family) -> str:
 
 def _line(first: Microarchitecture, array: Design | Skin, target: Target, bounds: Bounds) -> Iterator[Candidate]:
     """Cores with increasing lanes; only fast enough ones are elaborated."""
+    clock_mhz = bounds.clock_mhz or clock_of(first.design.architecture.kind, target).mhz
     for core in first.choices():
-        design, speed = core.design, Speed.of(core, array)
+        design, speed = core.design, Speed.of(core, clock_mhz, array)
         if missed := speed.misses(bounds):
             yield Candidate(design.architecture, design, speed, None, missed)
         else:
-            found = estimate(replace(array, window=design) if isinstance(array, Skin) else design, target.family)
+            found, lacks = _fitted(design, array, target)
             resources = found.total
-            lacks = tuple(misfits(resources, target, design.architecture.kind, doubtful=True))
             yield Candidate(design.architecture, design, speed, resources, lacks, resources["LUT"] - found.constants)
+
+
+def _fitted(design: Design, array: Design | Skin, target: Target) -> tuple[Estimate, tuple[str, ...]]:
+    """The estimate of the core of ``design``, behind a skin if ``array`` is one, and what ``target`` lacks for it."""
+    found = estimate(replace(array, window=design) if isinstance(array, Skin) else design, target.family)
+    return found, tuple(misfits(found.total, target, design.architecture.kind, doubtful=True))

@@ -204,6 +204,7 @@ def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first, *comments = text.partition("# ")[2].splitlines()
     assert tomllib.loads(text) == {"architecture": {"kind": "parallel", "mac_lanes": 4, "vector_words": 1}}
     assert first.startswith(f"ecp5-85-6 at {CLOCK:g} MHz: ")
+    assert comments.pop(0) == "# 98 MHz: the aim of place and route; no parallel core was measured on ecp5-85-6"
     assert comments[0].startswith("# estimated: ")
     assert " of 83,640 LUT (2" in comments[0]
     fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.6 % (LUT), 4.7 % (FF)"

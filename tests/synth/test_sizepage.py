@@ -23,7 +23,7 @@ DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), target="ice40")
 def candidate(architecture: Architecture, interval: int, lut: int = 0, *objections: str) -> Candidate:
     used = {"LUT": lut, "FF": 90, "DSP": 7, "BRAM": 3} if lut else None
     one = replace(DESIGN, architecture=architecture, target="portable")
-    return Candidate(architecture, one, Speed(interval, interval + 500), used, objections)
+    return Candidate(architecture, one, Speed(interval, interval + 500, 100.0), used, objections)
 
 
 SIZING = Sizing(
