@@ -114,11 +114,16 @@ class Sizing:
         return sorted((core for core in self.candidates if core.resources), key=lambda core: core.luts)
 
     @property
+    def best(self) -> Candidate | None:
+        """The suitable core with the fewest lookup tables, if there is one."""
+        return next((core for core in self.fast if not core.objections), None)
+
+    @property
     def chosen(self) -> Candidate:
-        """The suitable core with the fewest lookup tables; raises ``ValueError`` with the reason if there is none."""
-        if good := next((core for core in self.fast if not core.objections), None):
+        """The same; raises ``ValueError`` with the reason if there is none."""
+        if good := self.best:
             return good
-        raise ValueError(self._refusal())
+        raise ValueError(self.refusal)
 
     @property
     def others(self) -> tuple[tuple[Candidate, str], ...]:
@@ -133,11 +138,14 @@ class Sizing:
     def _larger(self, core: Candidate) -> str:
         return f"larger: {core.luts:,} LUT, {core.luts / self.chosen.luts - 1:.1%} more"
 
-    def _refusal(self) -> str:
+    @property
+    def refusal(self) -> str | None:
         """Why no core is chosen: the bound that none reaches, or what the smallest fast enough core lacks.
 
-        The serial core is named in any case: it may fit where the others do not, and be fast enough for less.
+        None if one is.  The serial core is named in any case: it may fit where the others do not.
         """
+        if self.best:
+            return None
         for core in self.fast:
             why = f"{'; '.join(core.objections)}, for the smallest core that is fast enough ({core.title})"
             return why if core.architecture == SERIAL else f"{why}; {self._serial()}"

@@ -8,10 +8,11 @@ from tfra.families import Target
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """A clock in MHz, and what it is known from."""
+    """A clock in MHz, what it is known from, and whether cores of the kind were measured on the part."""
 
     mhz: float
     basis: str
+    measured: bool
 
 
 def clock_of(kind: str, target: Target) -> Clock:
@@ -23,7 +24,8 @@ def clock_of(kind: str, target: Target) -> Clock:
     slowest = min((row["clock"]["lowest_mhz"] for row in rows if row["clock"]), default=None)
     aim = "the aim of place and route" if target.family.place_and_route else "assumed"
     if slowest is None:
-        return Clock(target.clock_mhz, f"{aim}; no {kind} core was measured on {target.name}")
+        return Clock(target.clock_mhz, f"{aim}; no {kind} core was measured on {target.name}", measured=False)
     if slowest < target.clock_mhz:
-        return Clock(slowest, f"the slowest {kind} core measured on {target.name}")
-    return Clock(target.clock_mhz, f"{aim}; {kind} cores measured on {target.name} reach {slowest:g} MHz or more")
+        return Clock(slowest, f"the slowest {kind} core measured on {target.name}", measured=True)
+    reached = f"{kind} cores measured on {target.name} reach {slowest:g} MHz or more"
+    return Clock(target.clock_mhz, f"{aim}; {reached}", measured=True)

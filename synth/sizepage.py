@@ -29,7 +29,7 @@ def lines(sizing: Sizing) -> Iterator[str]:
     yield f"# {target.name} at {clock:g} MHz: {fps:,.0f} frames/s, {latency:,.3f} us from last taxel to last word"
     if sizing.bounds.clock_mhz is None:
         yield f"# {clock:g} MHz: {clock_of(chosen.architecture.kind, target).basis}"
-    yield "# estimated: " + ", ".join(_share(name, used, target) for name, used in chosen.resources.items())
+    yield "# estimated: " + ", ".join(share(name, used, target) for name, used in chosen.resources.items())
     yield f"# {basis(chosen.architecture.kind, target.family, sizing.design.estimator)}"
     if not target.available:
         yield f"# {target.name} stands for a whole family: the size of a part is not checked"
@@ -38,7 +38,8 @@ def lines(sizing: Sizing) -> Iterator[str]:
         yield f"#   {other.title}: {why}"
 
 
-def _share(name: str, used: int, target: Target) -> str:
+def share(name: str, used: int, target: Target) -> str:
+    """``used`` of a resource, with what the part has, and the share of it, if its size is known."""
     if not (have := target.available.get(name)):
         return f"{used:,} {name}"
     return f"{used:,} of {have:,} {name} ({used / have:.0%})"
@@ -46,10 +47,12 @@ def _share(name: str, used: int, target: Target) -> str:
 
 def facts(sizing: Sizing) -> dict[str, Any]:
     """The same for JSON."""
-    rates = prices(sizing.chosen.architecture.kind)
+    kind = sizing.chosen.architecture.kind
+    rates = prices(kind)
     return {
         "target": sizing.target.name,
         **_core(sizing.chosen),
+        "clock_measured": sizing.bounds.clock_mhz is None and clock_of(kind, sizing.target).measured,
         "available": dict(sizing.target.available),
         "fitted_to": rates.family,
         "relative_error": dict(rates.error) if rates.family == sizing.target.family.name else None,
@@ -111,7 +114,7 @@ def _estimated(sizing: Sizing) -> str:
     full, rows = sizing.target.available.get("LUT") or sizing.fast[-1].luts, []
     for core in sizing.fast:
         verdict = ": chosen" if core is sizing.chosen else "".join(f": {reason}" for reason in core.objections[:1])
-        rows.append((core.title, core.luts / full, f"{core.luts:,} LUT{verdict}"))
+        rows.append((core.title, core.luts / full, f"{share('LUT', core.luts, sizing.target)}{verdict}"))
     return bars("Lookup tables", rows)
 
 

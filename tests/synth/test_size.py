@@ -125,7 +125,7 @@ def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     bounds = Bounds(None, 1e5, 1e4)
     least = smallest("2x2", "ecp5-25", bounds)
 
-    def wrong(one: Design, family: Family) -> SimpleNamespace:
+    def wrong(one: Design, family: Family, **_: object) -> SimpleNamespace:
         total = estimate(one, family).total
         total["LUT"] *= 4 if one.architecture.vector_words == 1 else 1
         return SimpleNamespace(total=total, constants=0)
@@ -169,7 +169,7 @@ def test_lanes_that_share_their_blocks(name: str) -> None:
 def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Prices without elaborating any core: 100 lookup tables a lane, 10 a word, and block memories that lanes share."""
 
-    def cost(one: Design, family: object) -> SimpleNamespace:
+    def cost(one: Design, family: object, **_: object) -> SimpleNamespace:
         lanes = one.architecture.mac_lanes or 100  # the serial core is the largest
         luts = 100 * lanes + 10 * one.architecture.vector_words
         return SimpleNamespace(total={"LUT": luts, "FF": 1, "DSP": 1, "BRAM": 40 // lanes}, constants=0)
@@ -181,6 +181,7 @@ BEST = r"[\d.]+ is the best, at 100 MHz \(parallel, 16 lanes, 4 words\)"
 LEAST = r"for the smallest core that is fast enough \(parallel, 4 lanes, 1 word\)"
 FITS = r"the serial core fits: [\d,.]+ frames/s, [\d,.]+ us to the last word"
 OVER = r"the serial core does not fit: LUT: about 10,000 are needed, tiny has \d+"
+NEEDED = "are needed, ice40up5k has"
 EASY = Bounds(100.0, 1.0, 1e6)
 
 
@@ -204,7 +205,10 @@ def test_bounds_and_parts_out_of_reach(cheap: None, bounds: Bounds, available: d
     ("used", "said"),
     [
         ({"BRAM": 30}, ""),
-        ({"BRAM": 32, "DSP": 9}, "DSP: about 9 are needed, ice40up5k has 8; BRAM: about 32 are needed, ice40up5k has 30"),
+        (
+            {"BRAM": 32, "DSP": 9},
+            "DSP: about 9 are needed, ice40up5k has 8; BRAM: about 32 are needed, ice40up5k has 30",
+        ),
         ({"LUT": 4875}, ""),
         ({"LUT": 4880}, "LUT: about 4,880, at most 5,286, are needed, ice40up5k has 5,280"),
     ],
@@ -212,7 +216,7 @@ def test_bounds_and_parts_out_of_reach(cheap: None, bounds: Bounds, available: d
 def test_never_a_core_that_may_not_fit(monkeypatch: pytest.MonkeyPatch, used: dict[str, int], said: str) -> None:
     """Estimates of lookup tables of serial cores are up to 8.3 % short; those of block memories never are."""
 
-    def cost(one: Design, family: object) -> SimpleNamespace:
+    def cost(one: Design, family: object, **_: object) -> SimpleNamespace:
         total = {"LUT": 100, "FF": 1, "DSP": 8, "BRAM": 1, "SPRAM": 4, **used}
         total["LUT"] *= 100 if one.architecture.mac_lanes else 1
         return SimpleNamespace(total=total, constants=0)
