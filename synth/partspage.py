@@ -3,54 +3,53 @@
 from collections.abc import Sequence
 from typing import Any
 
+from tfra.families import Target
 from tfra.report.html import Section, bars, paragraph
 from tfra.report.html import page as document
 from tfra.report.table import Table
-from tfra.synth.candidates import Candidate, Sizing
+from tfra.synth.candidates import Sizing
 from tfra.synth.clocks import clock_of
 from tfra.synth.sizepage import facts, share
-
 
 GUESS = "* no core of this kind was measured on the part: the aim of place and route, or assumed where only yosys runs"
 
 
-def table(sizings: Sequence[Sizing], *, reasons: bool = False) -> Table:
-    """A row for each part: its core, if it has one, with resources as shares; with ``reasons``, why there is none."""
-    names = dict.fromkeys(
-        name for each in sizings if each.best for name in each.target.resources if _used(each.best)[name]
-    )
-    header = ["part", "core", "MHz", "frames/s", "last word / µs", *names, *(["why none"] if reasons else [])]
-    rows = [[*_row(each, list(names)), *([each.refusal or ""] if reasons else [])] for each in sizings]
-    return Table("", header, rows, {0, 1, len(header) - 1} if reasons else {0, 1})
+def table(sizings: Sequence[Sizing]) -> Table:
+    """A row for each part: its core, if it has one, with resources as shares, those that any core takes."""
+    taken = [core.resources or {} for each in sizings if (core := each.best)]
+    names = list(dict.fromkeys(name for resources in taken for name, used in resources.items() if used))
+    header = ["part", "core", "MHz", "frames/s", "last word / µs", *names]
+    return Table("", header, [_row(each, names) for each in sizings], {0, 1})
+
+
+def reasons(sizings: Sequence[Sizing]) -> list[str]:
+    """What the table's star means, and a line for every part without a core."""
+    return [GUESS, *(f"{each.target.name}: {each.refusal}" for each in sizings if each.refusal)]
 
 
 def _row(sizing: Sizing, names: Sequence[str]) -> list[object]:
     if not (core := sizing.best):
         return [sizing.target.name, "none", *[None] * (3 + len(names))]
     assert core.speed
+    assert core.resources
+    speed, used = core.speed, core.resources
     guess = sizing.bounds.clock_mhz is None and not clock_of(core.architecture.kind, sizing.target).measured
-    speed = f"{core.speed.clock_mhz:g}{'*' * guess}", f"{core.speed.frames_per_second:,.0f}", f"{core.speed.latency_us:,.1f}"
-    used = [_share(name, core, sizing) if name in sizing.target.resources else None for name in names]
-    return [sizing.target.name, core.title, *speed, *used]
+    times = f"{speed.clock_mhz:g}{'*' * guess}", f"{speed.frames_per_second:,.0f}", f"{speed.latency_us:,.1f}"
+    shares = [_share(name, used[name], sizing.target) if name in used else None for name in names]
+    return [sizing.target.name, core.title, *times, *shares]
 
 
-def _share(name: str, core: Candidate, sizing: Sizing) -> str:
+def _share(name: str, used: int, target: Target) -> str:
     """Lookup tables in full and as a share of the part, others as a share; in full where the part's size is unknown."""
-    used = _used(core)[name]
-    if name not in sizing.target.available:
+    if name not in target.available:
         return f"{used:,}"
-    part = f"{used / sizing.target.available[name]:.0%}"
+    part = f"{used / target.available[name]:.0%}"
     return f"{used:,}, {part}" if name == "LUT" else part
 
 
-def _used(core: Candidate) -> dict[str, int]:
-    return dict(core.resources or {})
-
-
 def text(sizings: Sequence[Sizing]) -> str:
-    """The table for a terminal, and a line for every part without a core."""
-    reasons = [f"{each.target.name}: {each.refusal}" for each in sizings if each.refusal]
-    return table(sizings).text() + "\n".join([GUESS, *reasons])
+    """The same for a terminal."""
+    return table(sizings).text() + "\n".join(reasons(sizings))
 
 
 def all_facts(sizings: Sequence[Sizing]) -> dict[str, Any]:
@@ -73,7 +72,7 @@ def page(sizings: Sequence[Sizing]) -> str:
     )
     sections = [
         Section("bars", "Lookup tables", [paragraph(note, "note"), _bars(sizings)]),
-        Section("parts", "Parts", [table(sizings, reasons=True).html(), paragraph(GUESS, "note")]),
+        Section("parts", "Parts", [table(sizings).html(), *(paragraph(line, "note") for line in reasons(sizings))]),
     ]
     return document(f"{name} on all parts: the smallest cores", [paragraph(answer, "answer")], sections)
 

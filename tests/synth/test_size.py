@@ -20,7 +20,7 @@ from tfra.synth import size as module
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.clocks import clock_of
 from tfra.synth.estimate import Estimate, estimate, misfits
-from tfra.synth.size import cells, size
+from tfra.synth.size import cells, size, size_parts
 
 
 def design(rows: int, columns: int, **others: Any) -> Design:
@@ -172,7 +172,7 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
     def cost(one: Design, family: object, **_: object) -> SimpleNamespace:
         lanes = one.architecture.mac_lanes or 100  # the serial core is the largest
         luts = 100 * lanes + 10 * one.architecture.vector_words
-        return SimpleNamespace(total={"LUT": luts, "FF": 1, "DSP": 1, "BRAM": 40 // lanes}, constants=0)
+        return SimpleNamespace(total={"LUT": luts, "FF": 1, "DSP": 1, "BRAM": 40 // lanes, "SPRAM": 0}, constants=0)
 
     monkeypatch.setattr(module, "estimate", cost)
 
@@ -240,6 +240,17 @@ def test_each_bound_by_another_core() -> None:
         "frames/s at 100 MHz, parallel, 12 lanes, 1 word 19.000 us at 100 MHz; "
         "the serial core fits: 2,500.0 frames/s, 380.000 us to the last word"
     )
+
+
+def test_every_part_once(cheap: None) -> None:
+    """Each as if asked for alone, at its slowest grade."""
+    told: list[tuple[int, int]] = []
+    found = size_parts(SUBJECTS["2x2"], EASY, lambda *counts: told.append(counts))
+    names = ["ecp5-25-6", "ecp5-45-6", "ecp5-85-6", "ice40up5k", "gw2a-18", "xc7", "gatemate-a1"]
+    assert [each.target.name for each in found] == names
+    assert told == [(1, len(names))] * len(names)
+    alone = size(SUBJECTS["2x2"], find("ice40up5k"), EASY)
+    assert (found[3].chosen.architecture, found[3].others) == (alone.chosen.architecture, alone.others)
 
 
 def test_more_lanes_for_fewer_memories(cheap: None) -> None:
