@@ -110,12 +110,13 @@ def _answer(sizing: Sizing) -> str:
 
 
 def _estimated(sizing: Sizing) -> str:
-    """The smallest first; a full bar is the part, or the largest core if the part's size is unknown."""
-    full, rows = sizing.target.available.get("LUT") or sizing.fast[-1].luts, []
+    """The smallest first, on one scale: grey is the part if its size is known, and longer bars are over it."""
+    part, largest, rows = sizing.target.available.get("LUT", 0), sizing.fast[-1].luts, []
+    full = max(part, largest)
     for core in sizing.fast:
         verdict = ": chosen" if core is sizing.chosen else "".join(f": {reason}" for reason in core.objections[:1])
         rows.append((core.title, core.luts / full, f"{share('LUT', core.luts, sizing.target)}{verdict}"))
-    return bars("Lookup tables", rows)
+    return bars("Lookup tables", rows, [(part or full) / full] * len(rows))
 
 
 def _cores(sizing: Sizing) -> Table:
