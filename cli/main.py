@@ -62,6 +62,7 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     size: (
         "tfra size examples/hertz_40x20.toml --target ecp5-85 --frames-per-second 20000 --latency-us 100",
         "tfra size examples/hertz_40x20.toml --target ecp5-45 --frames-per-second 1e5 --latency-us 20 --clock-mhz 90",
+        "tfra size examples/balanced.toml --target all --frames-per-second 1000 --latency-us 2000 --page parts.html",
         "tfra size examples/balanced.toml --target ice40up5k --frames-per-second 1000 --latency-us 1000 --json",
     ),
     synth: (

@@ -7,7 +7,18 @@ from tfra.families import ecp5, gatemate, gowin, ice40, xilinx
 from tfra.families.family import Family, Target
 from tfra.runtime.errors import quoted
 
-__all__ = ["DEFAULT", "DEFAULT_PART", "FAMILIES", "TARGETS", "Family", "Target", "find", "part_names", "targets_of"]
+__all__ = [
+    "DEFAULT",
+    "DEFAULT_PART",
+    "FAMILIES",
+    "TARGETS",
+    "Family",
+    "Target",
+    "find",
+    "part_names",
+    "parts",
+    "targets_of",
+]
 
 _FILES = (ecp5, ice40, gowin, xilinx, gatemate)
 
@@ -35,6 +46,11 @@ def find(name: str) -> Target:
 def targets_of(family: Family) -> list[Target]:
     """The targets of ``family``, in the order of :data:`TARGETS`."""
     return [target for target in TARGETS.values() if target.family is family]
+
+
+def parts() -> list[Target]:
+    """Every part once, at its slowest grade, in the order of :data:`TARGETS`."""
+    return [find(name) for name in dict.fromkeys(target.part for target in TARGETS.values())]
 
 
 def part_names() -> str:

@@ -23,7 +23,7 @@ nav ul { list-style: none; padding: 0; margin: 1rem 0; display: flex; flex-wrap:
 .bars tbody { border: 0; }
 .bars .name { white-space: normal; font-weight: normal; }
 .bar { width: 50%; min-width: 7rem; padding: .15rem 0;
-  background: linear-gradient(#eee, #eee) center / 100% .9rem no-repeat; }
+  background: linear-gradient(#ddd, #ddd) left / 100% .9rem no-repeat; }
 .bar span { display: block; height: .9rem; background: #0072B2; }
 sub, sup { line-height: 0; }
 img { max-width: 100%; height: auto; display: block; }
@@ -135,13 +135,17 @@ def wide(label: str, table: str) -> str:
     return f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}">{table}</div>'
 
 
-def bars(label: str, rows: Iterable[tuple[str, float, str]]) -> str:
-    """A bar for each name: its share of the full width, 0 ... 1, and the words behind it."""
+def bars(label: str, rows: Sequence[tuple[str, float, str]], wholes: Sequence[float] = ()) -> str:
+    """A bar for each name: its share of the full width, 0 ... 1, and the words behind it.
+
+    ``wholes`` are the widths of what the bars are parts of, by default all of the full width.
+    """
     lines = "".join(
         f'<tr><th scope="row" class="name">{text(name)}</th>'
-        f'<td class="bar"><span style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span></td>'
+        f'<td class="bar" style="background-size:{100 * whole:.1f}% .9rem">'
+        f'<span style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span></td>'
         f'<td class="name">{text(words)}</td></tr>'
-        for name, share, words in rows
+        for (name, share, words), whole in zip(rows, wholes or [1.0] * len(rows), strict=True)
     )
     return f'<table class="bars" aria-label="{escape(label)}"><tbody>{lines}</tbody></table>'
 

@@ -7,8 +7,9 @@ Other families have other rules for memories and carry chains: for them the esti
 """
 
 import json
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -16,12 +17,15 @@ from itertools import product
 from typing import Any
 
 from tfra.codegen.package.contents import Part
-from tfra.families import DEFAULT, FAMILIES, Family, Target, targets_of
+from tfra.families import DEFAULT, FAMILIES, Family, Target, parts
 from tfra.families.family import HardMultiplier
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.cell_count import CellCount, Memory, cell_counts
+
+Counts = Callable[..., Mapping[str, CellCount]]
+""":func:`cell_counts`, or the same with a memory."""
 
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
@@ -40,7 +44,8 @@ _WORDS, _BITS, _TABLES = 16, 4, 6
 class Prices:
     """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured.
 
-    ``family`` and ``estimator`` are those that they were fitted to.
+    ``family`` and ``estimator`` are those that they were fitted to.  ``error`` has either sign, ``short`` is the share
+    that a core takes more than estimated: an estimate that is never short has 0.
     """
 
     family: str
@@ -48,13 +53,14 @@ class Prices:
     lut: Mapping[str, float]
     ff: float
     error: Mapping[str, float]
+    short: Mapping[str, float]
 
 
 @cache
 def prices(kind: str = "parallel") -> Prices:
     """The fitted prices of cores of ``kind``."""
     data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
-    return Prices(data["family"], data["estimator"], data["lut"], data["ff"], data["error"])
+    return Prices(data["family"], data["estimator"], data["lut"], data["ff"], data["error"], data["short"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,18 +179,18 @@ class Estimate:
         return {name: round(sum(row[name] for row in rows)) for name in rows[0]}
 
 
-def estimate(array: Design | Skin, family: Family, *, package: bool = False) -> Estimate:
+def estimate(array: Design | Skin, family: Family, *, package: bool = False, counts: Counts = cell_counts) -> Estimate:
     """Resources of a design or a skin on ``family``, with ``package`` behind its buses.
 
-    Elaborates the core, which takes half a second.
+    Elaborates the core, which takes half a second, unless ``counts`` remembers it.
     """
-    kind, blocks, counted = core_of(array).architecture.kind, {}, cell_counts(array, package=package)
+    kind, blocks, counted = core_of(array).architecture.kind, {}, counts(array, package=package)
     around = {"wrapper"}
     if isinstance(array, Skin) and kind != "parallel":
-        around = counted.keys() - cell_counts(array.window).keys()
-    for name, counts in counted.items():
+        around = counted.keys() - counts(array.window, package=False).keys()
+    for name, count in counted.items():
         like = "parallel" if name in around else kind  # what is around a core is no program
-        priced = price(features(counts, family, like), prices(like))
+        priced = price(features(count, family, like), prices(like))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     lanes = counted.get("matvec", CellCount())
     return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
@@ -204,17 +210,19 @@ def basis(kind: str, family: Family, estimator: str) -> str:
     return f"{unit}, the family of the fitted {kind} cores; {family.title} has {family.lut}s, so this is only a guide"
 
 
-def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:
+def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel", *, doubtful: bool = False) -> list[str]:
     """The resources that ``target`` lacks for a core of ``kind``: name, need, and what the part has.
 
-    A resource may exceed the part by the fit's largest error.
+    A resource may exceed the part by the fit's largest error; if ``doubtful``, those that only may fit are told, too.
     """
-    error = prices(kind).error
-    return [
-        f"{name}: about {total[name]:,} are needed, {target.name} has {have:,}"
-        for name, have in target.available.items()
-        if total[name] > have * (1 + error.get(name, 0.0))
-    ]
+    rates, found = prices(kind), []
+    for name, have in target.available.items():
+        need = total[name]
+        most = math.ceil(need * (1 + rates.short.get(name, 0.0)))
+        if need > have * (1 + rates.error.get(name, 0.0)) or (doubtful and most > have):
+            about = f"about {need:,}" if need > have else f"about {need:,}, at most {most:,},"
+            found.append(f"{name}: {about} are needed, {target.name} has {have:,}")
+    return found
 
 
 def part_of(array: Design | Skin) -> Part:
@@ -225,7 +233,7 @@ def part_of(array: Design | Skin) -> Part:
     design = core_of(array)
     family, kind = FAMILIES.get(design.target, DEFAULT), design.architecture.kind
     total = estimate(array, family, package=True).total
-    slowest = list({target.part: target for target in reversed(targets_of(family))}.values())[::-1]
+    slowest = [target for target in parts() if target.family is family]
     target = next((one for one in slowest if not misfits(total, one, kind)), slowest[-1])
     resources = {name: (total[name], have) for name, have in target.available.items()}
     return Part(target, resources, basis(kind, target.family, design.estimator))

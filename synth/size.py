@@ -1,21 +1,36 @@
 """The smallest core that is fast enough: kind, lanes and words from bounds on time, as FINN's ``target_fps``."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from heapq import heappop, heappush
 
-from tfra.families import Family, Target
+from tfra.families import Family, Target, parts
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.choices import SERIAL, VECTOR_WORDS, Architecture, Images
 from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
-from tfra.synth.estimate import estimate, misfits
+from tfra.synth.cell_count import cell_counts
+from tfra.synth.clocks import clock_of
+from tfra.synth.estimate import Counts, Estimate, estimate, misfits
 
 
-def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
+def size_parts(array: Design | Skin, bounds: Bounds, advance: Callable[[int, int], None]) -> list[Sizing]:
+    """:func:`size` for every part at its slowest grade; ``advance`` gets 1 after each of so many.
+
+    A core that several parts have is elaborated once.
+    """
+    counts, found, targets = cache(cell_counts), [], parts()
+    for target in targets:
+        found.append(size(array, target, bounds, counts))
+        advance(1, len(targets))
+    return found
+
+
+def size(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts = cell_counts) -> Sizing:
     """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``; ignores CONFIG's architecture.
 
     That of a skin's window is chosen by the speed and the size of the whole skin.
@@ -31,7 +46,7 @@ def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
     design = core_of(array)
     made_of = cells(design, target.family)
     first = [design.built_as(Architecture(4, words), target=made_of) for words in VECTOR_WORDS]
-    parallel = [_line(microarchitecture(one), array, target, bounds) for one in first]
+    parallel = [_line(microarchitecture(one), array, target, bounds, counts) for one in first]
     seen: list[Candidate] = []
     waiting: list[tuple[int, int, Candidate, Iterator[Candidate]]] = []
     best = sys.maxsize
@@ -43,7 +58,7 @@ def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
                 heappush(waiting, (candidate.least, len(seen), candidate, line))
                 return
 
-    for line in (_serial(array, target, bounds), *parallel):
+    for line in (_serial(array, target, bounds, counts), *parallel):
         go_on(line)
     while waiting and waiting[0][0] < best:
         _, _, candidate, line = heappop(waiting)
@@ -51,18 +66,21 @@ def size(array: Design | Skin, target: Target, bounds: Bounds) -> Sizing:
             best = min(best, candidate.luts)
         if candidate.least < best and not _hopeless(candidate, target):
             go_on(line)
-    return Sizing(design, target, bounds, tuple(seen))
+    serial_lacks: tuple[str, ...] = ()
+    if best == sys.maxsize and (slow := seen[0]).design and not slow.resources:
+        _, serial_lacks = _fitted(slow.design, array, target, counts)
+    return Sizing(design, target, bounds, tuple(seen), serial_lacks)
 
 
 def _hopeless(candidate: Candidate, target: Target) -> bool:
     """Whether cores with more lanes also lack multipliers, or lookup tables without coefficients."""
     assert candidate.resources
     least = {**candidate.resources, "LUT": candidate.least}
-    lacks = misfits(least, target, candidate.architecture.kind)
+    lacks = misfits(least, target, candidate.architecture.kind, doubtful=True)
     return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
 
 
-def _serial(array: Design | Skin, target: Target, bounds: Bounds) -> Iterator[Candidate]:
+def _serial(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts) -> Iterator[Candidate]:
     """The serial core, whose memories are always loaded, or the reason why it can't be built."""
     design = core_of(array)
     images: Images = "inline" if design.images == "load" else design.images
@@ -71,7 +89,7 @@ def _serial(array: Design | Skin, target: Target, bounds: Bounds) -> Iterator[Ca
         core.check()
     except ValueError as error:
         return iter([Candidate(SERIAL, None, None, None, (str(error),))])
-    return _line(core, array, target, bounds)
+    return _line(core, array, target, bounds, counts)
 
 
 def cells(design: Design, family: Family) -> str:
@@ -84,14 +102,23 @@ def cells(design: Design, family: Family) -> str:
     return design.target if design.target == family.name else "portable"
 
 
-def _line(first: Microarchitecture, array: Design | Skin, target: Target, bounds: Bounds) -> Iterator[Candidate]:
+def _line(
+    first: Microarchitecture, array: Design | Skin, target: Target, bounds: Bounds, counts: Counts
+) -> Iterator[Candidate]:
     """Cores with increasing lanes; only fast enough ones are elaborated."""
+    clock_mhz = bounds.clock_mhz or clock_of(first.design.architecture.kind, target).mhz
     for core in first.choices():
-        design, speed = core.design, Speed.of(core, array)
+        design, speed = core.design, Speed.of(core, clock_mhz, array)
         if missed := speed.misses(bounds):
             yield Candidate(design.architecture, design, speed, None, missed)
         else:
-            found = estimate(replace(array, window=design) if isinstance(array, Skin) else design, target.family)
+            found, lacks = _fitted(design, array, target, counts)
             resources = found.total
-            lacks = tuple(misfits(resources, target, design.architecture.kind))
             yield Candidate(design.architecture, design, speed, resources, lacks, resources["LUT"] - found.constants)
+
+
+def _fitted(design: Design, array: Design | Skin, target: Target, counts: Counts) -> tuple[Estimate, tuple[str, ...]]:
+    """The estimate of the core of ``design``, behind a skin if ``array`` is one, and what ``target`` lacks for it."""
+    whole = replace(array, window=design) if isinstance(array, Skin) else design
+    found = estimate(whole, target.family, counts=counts)
+    return found, tuple(misfits(found.total, target, design.architecture.kind, doubtful=True))

@@ -10,6 +10,7 @@ from tfra.report.html import Section, bars, paragraph
 from tfra.report.html import page as document
 from tfra.report.table import Table
 from tfra.synth.candidates import Candidate, Sizing
+from tfra.synth.clocks import clock_of
 from tfra.synth.estimate import basis, prices
 
 # All functions raise ``ValueError`` with the reason if no core was chosen.
@@ -17,16 +18,18 @@ from tfra.synth.estimate import basis, prices
 
 def lines(sizing: Sizing) -> Iterator[str]:
     """The chosen core as TOML; comments state its speed and size, and why the others were not chosen."""
-    chosen, target, clock = sizing.chosen, sizing.target, sizing.bounds.clock_mhz
+    chosen, target = sizing.chosen, sizing.target
     assert chosen.speed
     assert chosen.resources
     for section, keys in config(sizing).items():
         yield f"[{section}]"
         for key, value in keys.items():
             yield f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value}"
-    fps, latency = chosen.speed.frames_per_second(clock), chosen.speed.latency_us(clock)
+    fps, latency, clock = chosen.speed.frames_per_second, chosen.speed.latency_us, chosen.speed.clock_mhz
     yield f"# {target.name} at {clock:g} MHz: {fps:,.0f} frames/s, {latency:,.3f} us from last taxel to last word"
-    yield "# estimated: " + ", ".join(_share(name, used, target) for name, used in chosen.resources.items())
+    if sizing.bounds.clock_mhz is None:
+        yield f"# {clock:g} MHz: {clock_of(chosen.architecture.kind, target).basis}"
+    yield "# estimated: " + ", ".join(share(name, used, target) for name, used in chosen.resources.items())
     yield f"# {basis(chosen.architecture.kind, target.family, sizing.design.estimator)}"
     if not target.available:
         yield f"# {target.name} stands for a whole family: the size of a part is not checked"
@@ -35,7 +38,8 @@ def lines(sizing: Sizing) -> Iterator[str]:
         yield f"#   {other.title}: {why}"
 
 
-def _share(name: str, used: int, target: Target) -> str:
+def share(name: str, used: int, target: Target) -> str:
+    """``used`` of a resource, with what the part has, and the share of it, if its size is known."""
     if not (have := target.available.get(name)):
         return f"{used:,} {name}"
     return f"{used:,} of {have:,} {name} ({used / have:.0%})"
@@ -43,25 +47,27 @@ def _share(name: str, used: int, target: Target) -> str:
 
 def facts(sizing: Sizing) -> dict[str, Any]:
     """The same for JSON."""
-    rates = prices(sizing.chosen.architecture.kind)
+    kind = sizing.chosen.architecture.kind
+    rates = prices(kind)
     return {
         "target": sizing.target.name,
-        "clock_mhz": sizing.bounds.clock_mhz,
-        **_core(sizing.chosen, sizing),
+        **_core(sizing.chosen),
+        "clock_measured": sizing.bounds.clock_mhz is None and clock_of(kind, sizing.target).measured,
         "available": dict(sizing.target.available),
         "fitted_to": rates.family,
         "relative_error": dict(rates.error) if rates.family == sizing.target.family.name else None,
         "config": config(sizing),
-        "others": [{**_core(other, sizing), "why": why} for other, why in sizing.others],
+        "others": [{**_core(other), "why": why} for other, why in sizing.others],
     }
 
 
-def _core(candidate: Candidate, sizing: Sizing) -> dict[str, Any]:
-    clock, speed = sizing.bounds.clock_mhz, candidate.speed
+def _core(candidate: Candidate) -> dict[str, Any]:
+    speed = candidate.speed
     return {
         **asdict(candidate.architecture),
-        "frames_per_second": speed and speed.frames_per_second(clock),
-        "latency_us": speed and speed.latency_us(clock),
+        "clock_mhz": speed and speed.clock_mhz,
+        "frames_per_second": speed and speed.frames_per_second,
+        "latency_us": speed and speed.latency_us,
         "interval": speed and speed.interval,
         "frame_latency": speed and speed.frame_latency,
         "estimated": candidate.resources,
@@ -93,9 +99,9 @@ def page(sizing: Sizing) -> str:
 
 
 def _answer(sizing: Sizing) -> str:
-    chosen, bounds, clock = sizing.chosen, sizing.bounds, sizing.bounds.clock_mhz
+    chosen, bounds = sizing.chosen, sizing.bounds
     assert chosen.speed
-    fps, latency = chosen.speed.frames_per_second(clock), chosen.speed.latency_us(clock)
+    fps, latency, clock = chosen.speed.frames_per_second, chosen.speed.latency_us, chosen.speed.clock_mhz
     return (
         f"{chosen.title[0].upper()}{chosen.title[1:]}: {fps:,.0f} frames/s and {latency:,.3f} µs from a frame’s last "
         f"taxel to its last word at {clock:g} MHz. {bounds.frames_per_second:,.10g} frames/s and "
@@ -104,19 +110,20 @@ def _answer(sizing: Sizing) -> str:
 
 
 def _estimated(sizing: Sizing) -> str:
-    """The smallest first; a full bar is the part, or the largest core if the part's size is unknown."""
-    full, rows = sizing.target.available.get("LUT") or sizing.fast[-1].luts, []
+    """The smallest first, on one scale: grey is the part if its size is known, and longer bars are over it."""
+    part, largest, rows = sizing.target.available.get("LUT", 0), sizing.fast[-1].luts, []
+    full = max(part, largest)
     for core in sizing.fast:
         verdict = ": chosen" if core is sizing.chosen else "".join(f": {reason}" for reason in core.objections[:1])
-        rows.append((core.title, core.luts / full, f"{core.luts:,} LUT{verdict}"))
-    return bars("Lookup tables", rows)
+        rows.append((core.title, core.luts / full, f"{share('LUT', core.luts, sizing.target)}{verdict}"))
+    return bars("Lookup tables", rows, [(part or full) / full] * len(rows))
 
 
 def _cores(sizing: Sizing) -> Table:
-    clock, names, rows = sizing.bounds.clock_mhz, sizing.target.resources, []
+    names, rows = sizing.target.resources, []
     for core in sizing.candidates:
         speed, used = core.speed, core.resources
-        times = [f"{speed.frames_per_second(clock):,.0f}", f"{speed.latency_us(clock):,.3f}"] if speed else [None] * 2
+        times = [f"{speed.frames_per_second:,.0f}", f"{speed.latency_us:,.3f}"] if speed else [None] * 2
         why = "chosen" if core is sizing.chosen else "; ".join(core.objections) or "larger"
         rows.append([core.title, *times, *(used and used[name] for name in names), why])
     header = ("core", "frames/s", "last word / µs", *names, "why not")

@@ -144,7 +144,7 @@ def fit(rows: list[dict[str, Any]], family: str) -> Prices:
     rates, _ = nnls(lut / wanted[:, None], (wanted - certain) / wanted)
     ff = float(np.mean([row["measured"]["FF"] / row["features"]["ff"] for row in rows]))
     lut_prices = dict(zip(KINDS, rates.round(4).tolist(), strict=True))
-    return Prices(family, TfraDesign.estimator, lut_prices, round(ff, 4), {})
+    return Prices(family, TfraDesign.estimator, lut_prices, round(ff, 4), {}, {})
 
 
 def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
@@ -187,8 +187,10 @@ def main() -> None:
         rates = fit(record["fitted"], record["family"])
         worst = errors([*record["fitted"], *record["unseen"]], rates)
         error = {name: round(float(max(abs(worst[name]))), 3) for name in grid.uncertain}
-        path.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
-        print(rates, error)
+        short = {name: round(max(0.0, float(max(1 / (1 + worst[name]) - 1))), 3) for name in grid.uncertain}
+        fitted = {"lut": rates.lut, "ff": rates.ff, "error": error, "short": short}
+        path.write_text(json.dumps(record | fitted, indent=1) + "\n")
+        print(rates, error, short)
         for key in ("fitted", "unseen"):
             for name, found in errors(record[key], rates).items():
                 print(f"{key} {name}: " + ", ".join(f"{e:+.1%}" for e in found))

@@ -23,7 +23,10 @@ from tfra.synth.run import SIDECAR
 PUBLISHED_MS = (58.68, 32.28)
 """Time of a frame on SpTFRA's FPGA (doi:10.3390/s24237829), and the longest of TFRA in Matlab."""
 MEASURED = ROOT / "codegen" / "package" / "measured.json"
-KEYS = ("name", "package", "netlist", "target", "mac_lanes", "resources", "clock", "timing", "tools", "options")
+KEYS = (
+    *("name", "package", "netlist", "target", "architecture", "mac_lanes", "resources", "clock", "timing"),
+    *("tools", "options"),
+)
 
 
 def rows() -> list[dict[str, Any]]:

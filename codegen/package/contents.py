@@ -24,6 +24,12 @@ _MEASURED = files("tfra.codegen.package").joinpath("measured.json")
 """Reports of ``tfra synth``, shortened: written by ``bench.parts.presets``."""
 
 
+def placed() -> list[dict[str, Any]]:
+    """What the tools have made of the presets on their parts, as ``tfra synth`` reported it."""
+    rows: list[dict[str, Any]] = json.loads(_MEASURED.read_text("utf-8"))
+    return rows
+
+
 @dataclass(frozen=True)
 class Part:
     """The device that a package describes its core for: a target, and what the core takes of it.
@@ -95,7 +101,7 @@ class Contents:
     def measurements(self) -> dict[str, Mapping[str, Any]]:
         """By target, what the tools have made of just this Verilog: of core and wrapper, else of the core."""
         core = [self.texts[name] for name in [self.rtl[0], *self.images] if name in self.texts]
-        behind, rows = [*core, self.texts.get(self.rtl[1], "")], json.loads(_MEASURED.read_text("utf-8"))
+        behind, rows = [*core, self.texts.get(self.rtl[1], "")], placed()
         prints = [fingerprint(each) for each in (core, behind)]
         return {row["target"]: row for each in prints for row in rows if row["netlist"] == each}
 

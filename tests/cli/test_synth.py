@@ -204,6 +204,7 @@ def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first, *comments = text.partition("# ")[2].splitlines()
     assert tomllib.loads(text) == {"architecture": {"kind": "parallel", "mac_lanes": 4, "vector_words": 1}}
     assert first.startswith(f"ecp5-85-6 at {CLOCK:g} MHz: ")
+    assert comments.pop(0) == "# 98 MHz: the aim of place and route; no parallel core was measured on ecp5-85-6"
     assert comments[0].startswith("# estimated: ")
     assert " of 83,640 LUT (2" in comments[0]
     fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.6 % (LUT), 4.7 % (FF)"
@@ -270,3 +271,23 @@ def test_size_of_words_that_overflow(folder: Path, capfd: pytest.CaptureFixture[
         said = refusal(capfd, "size", "fine.toml", "--target", "xc7", *SMALL)
         assert said.startswith("fine.toml: formats: ")
         assert refusal(capfd, "generate", "fine.toml", "--out", "core") == said
+
+
+def test_size_on_all_parts(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """A table, the facts and a page; two parts stand for all."""
+    monkeypatch.setattr("tfra.synth.size.parts", lambda: [find("ecp5-25"), find("ice40up5k")])
+    assert main(["size", "skin.toml", "--target", "all", *SMALL, "--page", "parts.html"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines() if "serial" in line]
+    assert [row[1:6:2] for row in rows] == [["ecp5-25-6", "serial", "98*"], ["ice40up5k", "serial", "26.54"]]
+    assert "2 of 2 parts have a core" in Path("parts.html").read_text()
+    assert main(["size", "skin.toml", "--target", "all", *SMALL, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["parts"]
+    assert [each["config"].get("target") for each in found] == [None, {"name": "ice40"}]
+
+
+def test_size_on_no_part(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("tfra.synth.size.parts", lambda: [find("ice40up5k"), find("ecp5-25")])
+    asked = ("--frames-per-second", "1e9", "--latency-us", "1e5", "--page", "parts.html")
+    said = refusal(capfd, "size", "skin.toml", "--target", "all", *asked)
+    assert said.startswith("skin.toml: no part has such a core: on ecp5-25-6, frames_per_second: 1e+09 are wanted, ")
+    assert not Path("parts.html").exists()

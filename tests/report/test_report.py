@@ -97,6 +97,12 @@ def test_contents_of_nothing() -> None:
 def test_bars_stay_within_their_width() -> None:
     drawn = bars("Share", [("LUT", 0.5, "50 %"), ("FF", 1.2, "120 %"), ("DSP", -1, "0")])
     assert re.findall(r'style="width:([\d.]+)%"', drawn) == ["50.0", "100.0", "0.0"]
+    assert re.findall(r'style="background-size:([\d.]+)%', drawn) == ["100.0"] * 3
+
+
+def test_bars_of_wholes_of_different_widths() -> None:
+    drawn = bars("Share", [("small", 0.1, "all of it"), ("large", 0.1, "a tenth")], [0.1, 1.0])
+    assert re.findall(r'"(?:width|background-size):([\d.]+)%', drawn) == ["10.0", "10.0", "100.0", "10.0"]
 
 
 def test_contents_link_to_every_section() -> None:

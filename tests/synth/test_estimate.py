@@ -133,3 +133,23 @@ def test_misfits() -> None:
         "LUT: about 40,000 are needed, ecp5-25-6 has 24,288",
         "DSP: about 29 are needed, ecp5-25-6 has 28",
     ]
+
+
+@pytest.mark.parametrize("kind", ["parallel", "serial"])
+def test_how_short_an_estimate_may_be(kind: str) -> None:
+    """The most that any measured core takes more than estimated, of each resource."""
+    for name, short in prices(kind).short.items():
+        rows = DATA[kind]["fitted"] + DATA[kind]["unseen"]
+        more = [row["measured"][name] / price(row["features"], prices(kind))[name] - 1 for row in rows]
+        assert short == pytest.approx(max(0.0, *more), abs=6e-4), name
+
+
+def test_what_may_fit() -> None:
+    """A core is refused if it can't fit, and not chosen if it may not."""
+    target = find("ecp5-25")
+    used = {**target.available, "LUT": 24_000}
+    assert misfits(used, target) == []
+    assert misfits(used, target, doubtful=True) == [
+        "LUT: about 24,000, at most 24,600, are needed, ecp5-25-6 has 24,288",
+        "FF: about 24,288, at most 25,479, are needed, ecp5-25-6 has 24,288",
+    ]

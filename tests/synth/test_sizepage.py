@@ -1,5 +1,6 @@
 """A sizing as text, in JSON and as a page, from candidates that are made up."""
 
+import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,7 +24,7 @@ DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), target="ice40")
 def candidate(architecture: Architecture, interval: int, lut: int = 0, *objections: str) -> Candidate:
     used = {"LUT": lut, "FF": 90, "DSP": 7, "BRAM": 3} if lut else None
     one = replace(DESIGN, architecture=architecture, target="portable")
-    return Candidate(architecture, one, Speed(interval, interval + 500), used, objections)
+    return Candidate(architecture, one, Speed(interval, interval + 500, 100.0), used, objections)
 
 
 SIZING = Sizing(
@@ -117,3 +118,11 @@ def test_page(tmp_path: Path) -> None:
         ["parallel, 4 lanes, 2 words", "111,111", "14.000", "1,050", "90", "7", "3", large.objections[0]],
     ]
     assert bars == [pytest.approx(100 * luts / 24_288, abs=0.1) for luts in (1050, 1100)]
+
+
+def test_bars_longer_than_the_part() -> None:
+    """Cores over the part differ in their bars, too, and the part's is as much shorter."""
+    over = [candidate(Architecture(4, words), 900, luts, "LUT: too many") for words, luts in ((1, 48_576), (2, 36_432))]
+    drawn = page(replace(SIZING, candidates=(SIZING.candidates[2], *over)))
+    assert re.findall(r'"width:([\d.]+)%', drawn) == ["2.3", "75.0", "100.0"]
+    assert re.findall(r'"background-size:([\d.]+)%', drawn) == ["50.0"] * 3

@@ -50,8 +50,8 @@ def test_the_smallest_that_is_fast_enough() -> None:
     found = [size(skin, PART, bounds).chosen for skin in (few, many)]
     for skin, core in zip((few, many), found, strict=True):
         assert core.design
-        assert core.speed == Speed.of(microarchitecture(core.design), skin)
-        assert core.speed.frames_per_second(100.0) >= 10_000
+        assert core.speed == Speed.of(microarchitecture(core.design), 100.0, skin)
+        assert core.speed.frames_per_second >= 10_000
         assert core.resources == estimate(replace(skin, window=core.design), PART.family).total
     assert found[1].architecture.mac_lanes > found[0].architecture.mac_lanes
 
