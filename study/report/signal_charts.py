@@ -5,6 +5,7 @@ import math
 import plotly.graph_objects as go
 import polars as pl
 
+from tfra.model.fixed.numbers import signed_bits
 from tfra.report.colours import BLACK, BLUE, VERMILION
 from tfra.study.report.figure import GREY, PALE, ROW_HEIGHT, Row, add_marks, grouped, rows_figure, series
 from tfra.study.report.labels import Tables
@@ -41,9 +42,9 @@ def ranges(tables: Tables) -> go.Figure:
 
 
 def _bits_of_bound(row: Row) -> int:
-    """A signed word has one more negative than positive value."""
-    bound = int(row["bound"])
-    return (bound - 1).bit_length() + 1 if row["signed"] else bound.bit_length()
+    """Both signs may reach the bound, as mu_ind does; only a word as long as the converter's ends one code before."""
+    bound = row["bound"]
+    return min(row["bits"], signed_bits(bound)) if row["signed"] else int(bound).bit_length()
 
 
 def stages(tables: Tables) -> go.Figure:
