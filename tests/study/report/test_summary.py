@@ -171,12 +171,12 @@ def test_the_cheapest_within_the_tolerance() -> None:
     """Trial 1 has 4 % more error than float in F and none in phi; trial 2 has 10 % more in phi."""
     tables = {"trials": trials(), "baseline": baseline(), "designs": designs(mixed=1.0)}
     start = "Cheapest within 5 % of float's errors: "
-    assert {cost: plain(text).removeprefix(start) for cost, text in cheapest_trials(tables).items()} == {
+    assert {cost: plain(text).removeprefix(start) for (cost,), text in cheapest_trials(tables).items()} == {
         "coefficient_kbit": "120 kbit of coefficients (trial 1 of 5); "
         "by random choice: 160 kbit of coefficients (trial 1 of 3).",
         "LUT": "10,000 LUT (trial 1 of 5); by random choice: 12,000 LUT (trial 1 of 3).",
     }
     for few in (baseline().head(1), trials([])):
-        assert cheapest_trials(tables | {"baseline": few})["LUT"].endswith("; by random choice: none of 1 trials.")
+        assert cheapest_trials(tables | {"baseline": few})["LUT",].endswith("; by random choice: none of 1 trials.")
     del tables["baseline"]
-    assert plain(cheapest_trials(tables)["LUT"]) == f"{start}10,000 LUT (trial 1 of 5)."
+    assert plain(cheapest_trials(tables)["LUT",]) == f"{start}10,000 LUT (trial 1 of 5)."
