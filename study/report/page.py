@@ -201,8 +201,8 @@ def _opening(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator
         titles = {table: f"{table} ({section.title})" for section in SECTIONS for table in section.tables}
         missing = listed([titles.get(name, name) for name in pending])
         yield paragraph(f"This page is partial: the study is running. Still to come: {missing}.", "partial")
-    if words := summary(tables, design):
-        yield paragraph(words, "answer")
+    if lines := summary(tables, design):
+        yield f'<div class="answer">{"".join(map(paragraph, lines))}</div>'
     yield from (paragraph(sentence, "note") for sentence in notes(tables))
     if tables:
         yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
