@@ -236,6 +236,7 @@ class Run:
     def _progress(self, name: str, unit: str, jobs: int, finished: int) -> Iterator[Callable[[], None]]:
         """Report a task, and measure its time; yields the callback for each finished job."""
         start = time.perf_counter()
+        unit = unit.removesuffix("s") if jobs == 1 else unit
         with self.reporter(name, unit, jobs, finished) as advance:
             yield advance
         seconds, done = time.perf_counter() - start, jobs - finished

@@ -66,9 +66,9 @@ def falls(converter: pl.DataFrame, quantity: str, statistic: str) -> dict[tuple[
     }
 
 
-def fall_sentences(tables: Tables) -> dict[tuple[str, str], str]:
+def fall_sentences(tables: Tables) -> dict[tuple[str, ...], str]:
     """A sentence for each choice of quantity and statistic that has such totals: of the one that falls most."""
-    sentences = {}
+    sentences: dict[tuple[str, ...], str] = {}
     for quantity, statistic in product(QUANTITIES, STATISTICS):
         if found := falls(tables["converter"], quantity, statistic).values():
             most = min(found, key=lambda fall: fall.few[statistic] / fall.most[statistic])

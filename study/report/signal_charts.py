@@ -29,7 +29,9 @@ def ranges(tables: Tables) -> go.Figure:
     chart = rows_figure(labels, ROW_HEIGHT, bits, barmode="overlay", bargap=0)
     for name, column, colour, width in _LENGTHS:
         bars = series(name, rows, [row[column] for row in rows], positions)
-        chart.add_bar(**bars, orientation="h", width=width, marker={"color": colour})
+        chart.add_bar(
+            **bars, orientation="h", width=width, marker={"color": colour, "line": {"color": GREY, "width": 1}}
+        )
     tick = {"symbol": "line-ns-open", "size": 7, "color": BLACK, "line": {"width": 2}}
     cross = {"symbol": "x", "size": 8, "color": VERMILION}
     proven, limited = ([row for row in rows if row[name]] for name in ("proven", "saturated"))

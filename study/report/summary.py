@@ -226,7 +226,7 @@ def costs_of(tables: Tables) -> list[str]:
     return [name for name in tables["trials"].columns if name in COSTS] if "trials" in tables else []
 
 
-def cheapest_trials(tables: Tables) -> dict[tuple[str], str]:
+def cheapest_trials(tables: Tables) -> dict[tuple[str, ...], str]:
     """A sentence for each cost: its least within the tolerance by the search, and by random choice."""
     searches = {"trials": "", "baseline": "by random choice: "}
     start = f"Cheapest within {CLOSE} of float's errors: "
