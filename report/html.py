@@ -126,7 +126,7 @@ def grid(
     cells = (f'<th scope="col"{kind}>{text(cell)}</th>' for kind, cell in zip(kinds, header, strict=True))
     head = "".join(cells).replace("/ ", "/&nbsp;")
     bodies = "\n".join("<tbody>" + "\n".join(rows) + "</tbody>" for rows in groups)
-    table = f"<table{_attributes(data)}><thead><tr>{head}</tr></thead>\n{bodies}</table>"
+    table = f"<table{attributes(data)}><thead><tr>{head}</tr></thead>\n{bodies}</table>"
     return wide(label, table)
 
 
@@ -155,8 +155,9 @@ def row(cells: Sequence[str], names: Collection[int], kind: str = "", **data: st
     named = f' class="{kind}"' if kind else ""
     kinds = (' class="name"' if column in names else "" for column in range(len(cells)))
     columns = "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, cells, strict=True))
-    return f"<tr{named}{_attributes(data)}>{columns}</tr>"
+    return f"<tr{named}{attributes(data)}>{columns}</tr>"
 
 
-def _attributes(data: dict[str, str]) -> str:
+def attributes(data: Mapping[str, str]) -> str:
+    """``data`` as attributes of an element, for tests and scripts."""
     return "".join(f' data-{name}="{escape(value)}"' for name, value in data.items())

@@ -55,7 +55,7 @@ def run(
     reporter: Reporter,
     trials: str | None = None,
 ) -> dict[str, Any]:
-    """Make the report of ``study`` in ``out``; return its ``answer`` in words, and its ``designs``.
+    """Make the report of ``study`` in ``out``; return its ``answer`` in lines of words, and its ``designs``.
 
     Work is stored in ``folder``, trials in the table at the URL ``trials`` if one is given; ``worker_text`` describes
     the workers.  Raises ``InputError`` for bad input, which leaves ``out`` as it was; finished work stays.
@@ -67,7 +67,7 @@ def run(
         result.write(fresh)
         (fresh / "times.html").write_text(times_page(result.times, worker_text), encoding="utf-8")
     designs = result.tables["designs"].rows(named=True) if "designs" in result.tables else []
-    return {"answer": summary(result.tables, study.design).replace("`", ""), "designs": designs}
+    return {"answer": "\n".join(summary(result.tables, study.design)).replace("`", ""), "designs": designs}
 
 
 @dataclass
@@ -236,6 +236,7 @@ class Run:
     def _progress(self, name: str, unit: str, jobs: int, finished: int) -> Iterator[Callable[[], None]]:
         """Report a task, and measure its time; yields the callback for each finished job."""
         start = time.perf_counter()
+        unit = unit.removesuffix("s") if jobs == 1 else unit
         with self.reporter(name, unit, jobs, finished) as advance:
             yield advance
         seconds, done = time.perf_counter() - start, jobs - finished

@@ -97,10 +97,10 @@ def designs(names: tuple[str, ...]) -> str:
 
 
 def sentence(out: str) -> str:
-    """The answer on top of a report."""
+    """The answer on top of a report, its lines as a list."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
-    text: str = summary(tables, load_study(ROOT / example(out)).design)
-    return "> " + text
+    lines = summary(tables, load_study(ROOT / example(out)).design)
+    return "\n".join(f"> - {line}" for line in lines)
 
 
 def main() -> None:

@@ -24,7 +24,10 @@ BEYOND = 10
 """Least number of values beyond a percentile; with fewer it depends on single frames, and is null."""
 
 CONFIDENCE = 0.95
-"""Of the intervals of rates."""
+"""Of the intervals of percentiles and rates."""
+
+INTERVAL = ("_low", "_high")
+"""Ends of an interval, behind the name of its column."""
 
 _SATURATION = Status.INPUT_SATURATED | Status.OUTPUT_SATURATED
 
@@ -33,7 +36,7 @@ ERRORS = {
     "step": pl.String,
     "view": pl.String,
     "count": pl.Int64,
-    **dict.fromkeys([*PERMILLES, "worst"], pl.Float64),
+    **dict.fromkeys([*(f"{name}{end}" for name in PERMILLES for end in ("", *INTERVAL)), "worst"], pl.Float64),
     "worst_frame": pl.Int64,
     "bias": pl.Float64,
 }
@@ -57,9 +60,10 @@ def unflagged(scores: pl.DataFrame) -> pl.Series:
 def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.DataFrame:
     """Return a row each quantity, step ``compared`` and view of unflagged frames, in the quantity's unit.
 
-    Median, 95th and 99.9th percentile and worst are of magnitudes; ``worst_frame`` is the number of the first frame
-    that has it.  ``bias`` is the mean with its sign, null where there is none.  ``count`` leaves out frames whose error
-    is unknown or undefined, such as that of phi without friction.
+    Median, 95th and 99.9th percentile and worst are of magnitudes, each percentile with the values at the ends of its
+    interval, by the binomial distribution of how many others are below it.  ``worst_frame`` is the number of the first
+    frame that has the worst.  ``bias`` is the mean with its sign, null where there is none.  ``count`` leaves out
+    frames whose error is unknown or undefined, such as that of phi without friction.
     """
     used = scores.filter(unflagged(scores))
     frames = used["frame"].to_numpy()
@@ -81,6 +85,9 @@ def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
     for column, permille in PERMILLES.items():
         if len(exact) * (1000 - permille) >= BEYOND * 1000:
             spread[column] = float(np.quantile(magnitudes, permille / 1000))
+            low, high = map(int, stats.binom.interval(CONFIDENCE, len(exact), permille / 1000))
+            ends = np.partition(magnitudes, (low - 1, high))[[low - 1, high]]
+            spread |= {f"{column}{end}": float(value) for end, value in zip(INTERVAL, ends, strict=True)}
     if len(exact):
         worst = magnitudes.argmax()
         spread |= {"worst": float(magnitudes[worst]), "worst_frame": int(frames[known[worst]])}

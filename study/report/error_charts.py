@@ -9,11 +9,14 @@ from typing import Any
 
 import plotly.graph_objects as go
 import polars as pl
+from polars import selectors as cs
 
 from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from tfra.report.table import number
 from tfra.study.errors.cascade import Step, View
+from tfra.study.errors.statistics import INTERVAL
 from tfra.study.frames.block import Part
+from tfra.study.report.falls import falls
 from tfra.study.report.figure import (
     GREY,
     ROW_HEIGHT,
@@ -26,6 +29,7 @@ from tfra.study.report.figure import (
     figure,
     grouped,
     hover_text,
+    interval,
     is_misfit,
     rows_figure,
     series,
@@ -142,13 +146,19 @@ def _limits(tables: Tables, quantity: str, statistic: str) -> list[tuple[str, st
 
 
 def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
-    """Heat map of the error after the converter, over its bits and the noise before it."""
+    """Heat map of the error after the converter, over its bits and the noise; totals that fall have an interval."""
     table = tables["converter"].filter(quantity=quantity, step=Step.CONVERTER, view=view)
     noises, bits = (sorted(table[name].unique()) for name in ("noise_share_of_peak", "bits"))
     by_cell = {(row["noise_share_of_peak"], row["bits"]): row for row in table.iter_rows(named=True)}
     rows = [[by_cell.get((noise, b), {}) for b in bits] for noise in noises]
     values = [[row.get(statistic) for row in line] for line in rows]
     scale, name = Scale.of(value for line in values for value in line), VIEWS[View(view)].name
+    fallen = falls(tables["converter"], quantity, statistic) if view == View.TOTAL else {}
+    ends = {cell: f"<br>{interval(fall.few, statistic)}" for cell, fall in fallen.items()}
+    texts = [
+        ["" if v is None else number(v, 2) + ends.get((noise, b), "") for b, v in zip(bits, line, strict=True)]
+        for noise, line in zip(noises, values, strict=True)
+    ]
     shade = (lambda v: math.log10(scale.clip(v))) if scale.log else (lambda v: v)
     columns, lines = [str(b) for b in bits], [f"{100 * noise:g}" for noise in noises]
     axes = _categories("bits of the converter", columns), _categories("noise / % of the peak", lines)
@@ -156,7 +166,7 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
     chart.add_heatmap(
         x=columns, y=lines,
         z=[[None if v is None else shade(v) for v in line] for line in values],
-        text=[["" if v is None else number(v, 2) for v in line] for line in values], texttemplate="%{text}",
+        text=texts, texttemplate="%{text}",
         hovertext=[[hover_text(name, row) if row else "" for row in line] for line in rows], hoverinfo="text",
         colorscale="Cividis", reversescale=True, showscale=False, xgap=2, ygap=2,
         name=f"{QUANTITIES[quantity].axis}, {name}",
@@ -192,6 +202,7 @@ def sensitivity(tables: Tables, quantity: str, statistic: str, view: str) -> go.
     """
     change = f"{statistic}_change"
     rows = tables["sensitivity"].filter(quantity=quantity, step=Step.ARITHMETIC)
+    rows = rows.select(~cs.ends_with(*INTERVAL))  # of other frames; the change is that on the same ones
     own = rows.filter(view=View.OWN, shorter=1)
     names = own.sort(change, "signal", descending=[True, False], nulls_last=True)["signal"].to_list()
     rows = rows.filter(pl.col("signal").is_in(names), view=view)

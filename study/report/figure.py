@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 
 from tfra.report.colours import BLACK
 from tfra.report.table import number
+from tfra.study.errors.statistics import INTERVAL
 from tfra.study.report.labels import cell_text, column_label
 
 GREY, PALE = "#767676", "#dddddd"
@@ -112,10 +113,23 @@ class Scale:
 
 
 def hover_text(title: str, row: Row) -> str:
-    """A title over all known cells of a row, in lines that fit into a narrow window, few enough for a low chart."""
+    """A title over all known cells of a row, in lines that fit into a narrow window, few enough for a low chart.
+
+    An interval stands behind its value.
+    """
     known = {name: value for name, value in row.items() if value not in (None, "")}
-    cells = (f"{column_label(name)}: {cell_text(name, value)}" for name, value in known.items())
+    cells = (
+        f"{column_label(name)}: {cell_text(name, value)}"
+        + (f" ({interval(row, name)})" if name + INTERVAL[0] in known else "")
+        for name, value in known.items()
+        if not name.endswith(INTERVAL)
+    )
     return "<br>".join([f"<b>{title}</b>", *wrap("; ".join(cells), 50)])
+
+
+def interval(row: Row, column: str, digits: int = 2) -> str:
+    """The interval of a column's value."""
+    return " to ".join(number(row[f"{column}{end}"], digits) for end in INTERVAL)
 
 
 def series(name: str, rows: Sequence[Row], x: Sequence[float], y: Sequence[float]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 // Charts follow the filters; rows of tables and sentences that belong to another choice are hidden.
 const charts = JSON.parse(document.getElementById("charts").textContent);
 const filters = [...document.querySelectorAll("select[data-filter]")];
-const rows = [...document.querySelectorAll("tbody tr, p[data-cost]")];
+const rows = [...document.querySelectorAll("tbody tr, section > p")];
 const narrow = matchMedia("(max-width: 640px)");
 const buttons = [["zoom2d", "pan2d", "resetScale2d", "toImage"]];
 

@@ -18,6 +18,7 @@ from tfra.report.html import contents, data_script, document, paragraph, text
 from tfra.report.table import listed
 from tfra.study.errors.cascade import View
 from tfra.study.report import error_charts, signal_charts, trial_charts
+from tfra.study.report.falls import fall_sentences
 from tfra.study.report.labels import PARTS, QUANTITIES, STATISTICS, Tables, cell_text, column_label
 from tfra.study.report.summary import cheapest_trials, costs_of, notes, summary
 
@@ -46,7 +47,7 @@ class Chart:
 class Section:
     """Charts over ``tables``, which are under them; without the first table there is no section.
 
-    ``caption`` explains how to read the charts; ``by_cost`` is a sentence from the tables for each choice of a cost.
+    ``caption`` explains how to read the charts; ``sentences`` are from the tables, for choices of the charts' filters.
     """
 
     name: str
@@ -54,7 +55,7 @@ class Section:
     caption: str
     tables: tuple[str, ...]
     charts: tuple[Chart, ...] = ()
-    by_cost: Callable[[Tables], Mapping[str, str]] = lambda _: {}
+    sentences: Callable[[Tables], Mapping[tuple[str, ...], str]] = lambda _: {}
 
 
 def _by_view(
@@ -114,10 +115,12 @@ SECTIONS = (
         "converter",
         "Converter and noise",
         "A cell is the error after the converter, in the quantity’s unit; dark is large. Where a row stops changing to "
-        "the right, only noise and method are left, and more bits of the converter gain nothing. A cross marks "
-        "impossible combinations, “few” those with too few frames.",
+        "the right, only noise and method are left, and more bits of the converter gain nothing. A total smaller "
+        "than the last of its row has its 95 % interval below. A cross marks impossible combinations, “few” those with "
+        "too few frames.",
         ("converter",),
         _by_view("converter", error_charts.converter),
+        sentences=fall_sentences,
     ),
     Section(
         "sensitivity",
@@ -144,7 +147,7 @@ SECTIONS = (
         "estimates; a thin line leads from a star to the cost measured after place and route.",
         ("trials", "baseline"),
         (Chart("trials", trial_charts.trials, ("cost",)),),
-        by_cost=cheapest_trials,
+        sentences=cheapest_trials,
     ),
     Section(
         "designs",
@@ -198,8 +201,8 @@ def _opening(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator
         titles = {table: f"{table} ({section.title})" for section in SECTIONS for table in section.tables}
         missing = listed([titles.get(name, name) for name in pending])
         yield paragraph(f"This page is partial: the study is running. Still to come: {missing}.", "partial")
-    if words := summary(tables, design):
-        yield paragraph(words, "answer")
+    if lines := summary(tables, design):
+        yield f'<div class="answer">{"".join(map(paragraph, lines))}</div>'
     yield from (paragraph(sentence, "note") for sentence in notes(tables))
     if tables:
         yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
@@ -253,7 +256,9 @@ def _section(section: Section, tables: Tables) -> html.Section:
     parts = [paragraph(section.caption, "caption")]
     if section.charts:
         parts.append(f'<div class="charts">{"".join(map(_chart, section.charts))}</div>')
-    parts += [f'<p data-cost="{cost}">{text(words)}</p>' for cost, words in section.by_cost(tables).items()]
+    for chosen, words in section.sentences(tables).items():
+        data = dict(zip(section.charts[0].filters, chosen, strict=True))
+        parts.append(f"<p{html.attributes(data)}>{text(words)}</p>")
     filters = {name for chart in section.charts for name in chart.filters}
     for name in section.tables:
         if name in tables:

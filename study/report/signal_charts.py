@@ -5,6 +5,7 @@ import math
 import plotly.graph_objects as go
 import polars as pl
 
+from tfra.model.fixed.numbers import signed_bits
 from tfra.report.colours import BLACK, BLUE, VERMILION
 from tfra.study.report.figure import GREY, PALE, ROW_HEIGHT, Row, add_marks, grouped, rows_figure, series
 from tfra.study.report.labels import Tables
@@ -28,7 +29,9 @@ def ranges(tables: Tables) -> go.Figure:
     chart = rows_figure(labels, ROW_HEIGHT, bits, barmode="overlay", bargap=0)
     for name, column, colour, width in _LENGTHS:
         bars = series(name, rows, [row[column] for row in rows], positions)
-        chart.add_bar(**bars, orientation="h", width=width, marker={"color": colour})
+        chart.add_bar(
+            **bars, orientation="h", width=width, marker={"color": colour, "line": {"color": GREY, "width": 1}}
+        )
     tick = {"symbol": "line-ns-open", "size": 7, "color": BLACK, "line": {"width": 2}}
     cross = {"symbol": "x", "size": 8, "color": VERMILION}
     proven, limited = ([row for row in rows if row[name]] for name in ("proven", "saturated"))
@@ -41,9 +44,9 @@ def ranges(tables: Tables) -> go.Figure:
 
 
 def _bits_of_bound(row: Row) -> int:
-    """A signed word has one more negative than positive value."""
-    bound = int(row["bound"])
-    return (bound - 1).bit_length() + 1 if row["signed"] else bound.bit_length()
+    """Both signs may reach the bound, as mu_ind does; only a word as long as the converter's ends one code before."""
+    bound = row["bound"]
+    return min(row["bits"], signed_bits(bound)) if row["signed"] else int(bound).bit_length()
 
 
 def stages(tables: Tables) -> go.Figure:

@@ -1,5 +1,7 @@
 """Conclusions from the tables of a study, in sentences; every number in them follows from a table."""
 
+from collections.abc import Mapping
+
 import polars as pl
 
 from tfra.model.fixed.design import Design
@@ -28,10 +30,33 @@ _MEANING = (
 )
 
 
-def summary(tables: Tables, design: Design) -> str:
-    """Each step's share of the error, and sufficient word lengths; may be empty."""
-    sentences = _shares(tables, design), _sufficient(tables), _smallest_design(tables)
-    return " ".join(filter(None, sentences))
+_NEXT = {
+    Step.METHOD: "the method errs most, so more bits gain little: choose contacts that suit it, or another estimator",
+    Step.NOISE: "noise and offset err most, so more bits gain little: lower them, or average frames",
+    Step.CONVERTER: "the converter errs most: take one with more bits, or a smaller full scale",
+    Step.ARITHMETIC: "arithmetic errs most: lengthen the words of the signals that need their bits",
+}
+"""What to do about the step with the largest share of the error."""
+
+
+def summary(tables: Tables, design: Design) -> list[str]:
+    """Lines: what was asked, what limits the accuracy, which lengths are enough, what they save, what to do next.
+
+    Those that the tables do not answer yet are missing.
+    """
+    answers = {
+        "Limit": _shares(tables, design),
+        "Enough": _sufficient(tables),
+        "Saved": _smallest_design(tables),
+        "Next": _next(tables),
+    }
+    lines = [f"{name}: {words}" for name, words in answers.items() if words]
+    sensor = design.sensor
+    asked = (
+        f"Asked: how many bits does `{design.name}` need ({sensor.rows}×{sensor.columns} taxels, {design.adc.bits}-bit "
+        f"converter, arithmetic `{design.formats.name}`), if its error may change by {CLOSE}?"
+    )
+    return [asked, *lines] if lines else []
 
 
 def notes(tables: Tables) -> list[str]:
@@ -53,7 +78,7 @@ def _first_part(tables: Tables, name: str) -> tuple[str, pl.DataFrame]:
 
 
 def _shares(tables: Tables, design: Design) -> str:
-    """Like ``14-bit converter: 0.6° and 1.0 % of F; ...``: medians of what each step adds."""
+    """Like ``the method itself, 4.0° and 18 % of F; ...``: medians of what each step adds, the largest first."""
     if "errors" not in tables:
         return ""
     _, errors = _first_part(tables, "errors")
@@ -61,11 +86,26 @@ def _shares(tables: Tables, design: Design) -> str:
         Step.CONVERTER: f"{design.adc.bits}-bit converter",
         Step.ARITHMETIC: f"arithmetic `{design.formats.name}`",
     }
-    order = Step.CONVERTER, Step.ARITHMETIC, Step.NOISE, Step.METHOD
-    shares = {labels[step]: _medians(errors.filter(step=step, view=View.OWN)) for step in order}
+    shares = {labels[step]: _medians(errors.filter(step=step, view=View.OWN)) for step in _by_share(errors)}
     shares["all together"] = _medians(errors.filter(**_TOTAL))
-    known = "; ".join(f"{name}: {share}" for name, share in shares.items() if share)
-    return _capital(f"{known}." if known else "there are too few frames to split the error into steps.")
+    known = "; ".join(f"{name}, {share}" for name, share in shares.items() if share)
+    return f"{known}." if known else "there are too few frames to split the error into steps."
+
+
+def _by_share(errors: pl.DataFrame) -> list[Step]:
+    """The steps whose share of the error of F is known, the largest first."""
+    own = errors.filter(quantity=list(HEADLINE)[-1], view=View.OWN).drop_nulls("median")
+    return list(map(Step, own.sort("median", descending=True, maintain_order=True)["step"]))
+
+
+def _next(tables: Tables) -> str:
+    """What to do with the design that was found, and about the step with the largest share."""
+    advice = []
+    if (name := _best(_judged_designs(tables))) not in (None, "base"):
+        advice.append(f"generate the core of `designs/{name}.toml`")
+    if "errors" in tables:
+        advice += [_NEXT[step] for step in _by_share(_first_part(tables, "errors")[1])[:1]]
+    return f"{'; '.join(advice)}." if advice else ""
 
 
 def _medians(errors: pl.DataFrame) -> str:
@@ -75,7 +115,7 @@ def _medians(errors: pl.DataFrame) -> str:
 
 
 def _sufficient(tables: Tables) -> str:
-    """Like ``A 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.``"""
+    """Like ``a 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.``"""
     some, none = [], []
     for name, sufficient, few, too_few in (
         ("converter", sufficient_converter_bits, "a {0}-bit converter", "no converter of {0} to {1} bits"),
@@ -85,10 +125,10 @@ def _sufficient(tables: Tables) -> str:
             bits = sufficient(tables)
             some += [few.format(bits)] if bits else []
             none += [] if bits else [too_few.format(min(lengths), max(lengths))]
-    close = f"the total by less than {CLOSE}."
-    sentences = [f"{' or '.join(some)} alone would change {close}"] if some else []
-    sentences += [f"{' and '.join(none)} would change {close}"] if none else []
-    return " ".join(map(_capital, sentences))
+    close = f"would change the total by less than {CLOSE}"
+    sentences = [f"{' or '.join(some)} alone {close}"] if some else []
+    sentences += [f"{' and '.join(none)} {close}"] if none else []
+    return f"{'; '.join(sentences)}." if sentences else ""
 
 
 def _judged_lengths(tables: Tables, name: str) -> list[int]:
@@ -149,23 +189,31 @@ def _left_out(part: str, flagged: pl.DataFrame) -> str:
     )
 
 
-def _capital(sentence: str) -> str:
-    return sentence[:1].upper() + sentence[1:]
-
-
 def _smallest_design(tables: Tables) -> str:
-    """Like ``The smallest design within 5 % of float's total: `mixed` (199 kbit of coefficients, ...).``"""
-    if "designs" not in tables:
+    """Like ``the smallest design within 5 % of float's total is `mixed` (199 kbit of coefficients, ...).``"""
+    judged = _judged_designs(tables)
+    if not judged:
         return ""
-    judged = tables["designs"].filter(pl.col("within").is_not_null(), pl.col(_COST).is_not_null())
-    close = judged.filter(pl.col("within").cast(pl.Boolean)).sort(_COST, maintain_order=True)
-    if close.is_empty():
-        return "" if judged.is_empty() else f"No design of the table is within {CLOSE} of float's total."
-    name, cost = close.select("name", _COST).row(0)
-    less = ""
-    for uniform in judged.filter(name="uniform")[_COST] if name != "uniform" else ():
-        less = f", {_difference(cost, uniform)} than the best uniform one, `uniform`"
-    return f"The smallest design within {CLOSE} of float's total: `{name}` ({cost_amount(_COST, cost)}{less})."
+    if not (name := _best(judged)):
+        return f"nothing; no design of the table is within {CLOSE} of float's total."
+    cost, _ = judged[name]
+    others = {"uniform": "the best uniform one, `uniform`", "base": "that of CONFIG, `base`"}
+    beside = {other: judged[other][0] for other in others if other in judged and other != name}
+    less = [f"{_difference(cost, value)} than {others[other]}" for other, value in beside.items()]
+    amount = f"{cost_amount(_COST, cost)}{', ' if less else ''}{listed(less)}"
+    return f"the smallest design within {CLOSE} of float's total is `{name}` ({amount})."
+
+
+def _judged_designs(tables: Tables) -> dict[str, tuple[float, bool]]:
+    """The cost of each design with a judgement, and whether it is close to float, the cheapest first."""
+    if "designs" not in tables:
+        return {}
+    known = tables["designs"].drop_nulls(["within", _COST]).sort(_COST, maintain_order=True)
+    return {name: (cost, bool(within)) for name, cost, within in known.select("name", _COST, "within").iter_rows()}
+
+
+def _best(judged: Mapping[str, tuple[float, bool]]) -> str | None:
+    return next((name for name, (_, within) in judged.items() if within), None)
 
 
 def _difference(value: float, other: float) -> str:
@@ -178,12 +226,12 @@ def costs_of(tables: Tables) -> list[str]:
     return [name for name in tables["trials"].columns if name in COSTS] if "trials" in tables else []
 
 
-def cheapest_trials(tables: Tables) -> dict[str, str]:
+def cheapest_trials(tables: Tables) -> dict[tuple[str, ...], str]:
     """A sentence for each cost: its least within the tolerance by the search, and by random choice."""
     searches = {"trials": "", "baseline": "by random choice: "}
     start = f"Cheapest within {CLOSE} of float's errors: "
     return {
-        cost: start + "; ".join(searches[n] + _cheapest(tables[n], cost) for n in searches if n in tables) + "."
+        (cost,): start + "; ".join(searches[n] + _cheapest(tables[n], cost) for n in searches if n in tables) + "."
         for cost in costs_of(tables)
     }
 

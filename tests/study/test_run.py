@@ -3,6 +3,7 @@
 import hashlib
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -118,7 +119,10 @@ def test_everything_is_there(report: Path) -> None:
     names |= {"variants", "uniform_trials", "trials", "baseline", "designs"}
     assert {path.stem for path in (report / "tables").iterdir()} == names
     assert "Still to come" not in (report / "index.html").read_text()
-    assert "processes" not in (report / "times.html").read_text()
+    times = (report / "times.html").read_text()
+    assert "processes" not in times
+    assert ">1 block<" in times
+    assert not re.search(r">1 \w+s<", times)
 
 
 def test_designs_found_are_configs_of_cores(report: Path) -> None:

@@ -71,6 +71,26 @@ def test_a_percentile_without_ten_frames_beyond_it_is_null(count, known):
         assert [key for key in names if found[key] is not None] == names[:known]
 
 
+@pytest.mark.parametrize(("count", "name", "share"), [(20, "median", 0.5), (417, "median", 0.5), (200, "p95", 0.95)])
+def test_intervals_hold_the_percentile_with_their_confidence(count, name, share):
+    """By the binomial formula: the number of values below a percentile lies between the ranks of the ends."""
+    scores = made_up(count)
+    found = row(errors(scores), quantity="mu", step="noise", view="own")
+    values = np.sort(np.abs(scores[error_column("mu", Step.NOISE, View.OWN)].to_numpy().astype(np.float64))).tolist()
+    low, high = (values.index(found[f"{name}_{end}"]) for end in ("low", "high"))
+
+    def chance(first: int, last: int) -> float:
+        counts = range(first, last + 1)
+        return math.fsum(math.comb(count, k) * share**k * (1 - share) ** (count - k) for k in counts)
+
+    assert low < count * share < high
+    assert chance(low + 1, high) >= 0.95
+    assert chance(0, low) <= 0.025
+    assert chance(high + 1, count) <= 0.025
+    assert chance(0, low + 1) > 0.025  # no shorter one does
+    assert chance(high, count) > 0.025
+
+
 def test_unknown_values_are_not_counted():
     column = error_column("phi_deg", Step.METHOD, View.TOTAL)
     scores = changed(made_up(50), column, dict.fromkeys(range(10), math.nan))
@@ -80,7 +100,7 @@ def test_unknown_values_are_not_counted():
     assert found["median"] == np.median(np.abs(values))
     assert found["worst_frame"] == 1010 + np.abs(values).argmax()
     nothing = row(errors(scores.head(10)), quantity="phi_deg", step="method", view="total")
-    assert [value for key, value in nothing.items() if key not in ("quantity", "step", "view")] == [0, *[None] * 6]
+    assert [value for key, value in nothing.items() if key not in ("quantity", "step", "view")] == [0, *[None] * 12]
 
 
 def test_frames_that_one_step_flags_are_left_out_of_all():

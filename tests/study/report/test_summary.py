@@ -77,19 +77,49 @@ def plain(text: str) -> str:
     return text.replace("\N{NO-BREAK SPACE}", " ")
 
 
+def enough(tables: dict[str, pl.DataFrame]) -> str:
+    """The line about sufficient lengths."""
+    (line,) = (line for line in summary(tables, design()) if line.startswith("Enough: "))
+    return line
+
+
 def test_the_summary() -> None:
     tables = {
         "errors": pl.concat([errors(), errors("train").with_columns(pl.col("median") + (pl.col("step") == "x"))]),
         "uniform": uniform({12: 30.0, 14: 6.0, 16: 4.0, 18: 0.0}),
         "converter": converter({8: {0.0: 80.0, 0.01: 2.0}, 12: {0.0: 4.0, 0.01: 1.0}, 14: {0.0: 0.1, 0.01: 0.0}}),
     }
-    assert plain(summary(tables, design())) == (
-        "12-bit converter: 0.60° and 1.0 % of F; arithmetic `standard`: 0.0020° and 0.0010 % of F; "
-        "noise and offset: 0.31° and 0.52 % of F; the method itself: 4.0° and 18 % of F; "
-        "all together: 4.2° and 18 % of F. "
-        "A 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %."
+    tables["designs"] = designs(base=400.0, uniform=265.4, mixed=199.2)
+    assert plain("\n".join(summary(tables, design()))).splitlines() == [
+        "Asked: how many bits does `tfra` need (6×8 taxels, 12-bit converter, arithmetic `standard`), "
+        "if its error may change by 5 %?",
+        "Limit: the method itself, 4.0° and 18 % of F; 12-bit converter, 0.60° and 1.0 % of F; "
+        "noise and offset, 0.31° and 0.52 % of F; arithmetic `standard`, 0.0020° and 0.0010 % of F; "
+        "all together, 4.2° and 18 % of F.",
+        "Enough: a 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.",
+        "Saved: the smallest design within 5 % of float's total is `mixed` (199 kbit of coefficients, "
+        "25 % less than the best uniform one, `uniform` and 50 % less than that of CONFIG, `base`).",
+        "Next: generate the core of `designs/mixed.toml`; the method errs most, so more bits gain little: "
+        "choose contacts that suit it, or another estimator.",
+    ]
+    assert summary({}, design()) == []
+
+
+@pytest.mark.parametrize(
+    ("step", "advice"),
+    [
+        ("noise", "noise and offset err most, so more bits gain little: lower them, or average frames."),
+        ("converter", "the converter errs most: take one with more bits, or a smaller full scale."),
+        ("arithmetic", "arithmetic errs most: lengthen the words of the signals that need their bits."),
+    ],
+)
+def test_the_largest_share_decides_what_to_do(step: str, advice: str) -> None:
+    table = errors().with_columns(
+        median=pl.col("median") + 50.0 * ((pl.col("step") == step) & (pl.col("view") == "own"))
     )
-    assert summary({}, design()) == ""
+    *_, limit, last = summary({"errors": table}, design())
+    assert limit.startswith(f"Limit: {'12-bit ' if step == 'converter' else ''}{step}")
+    assert last == f"Next: {advice}"
 
 
 def test_the_notes() -> None:
@@ -123,8 +153,8 @@ def test_the_tail_counts_too_and_an_unknown_one_is_not_close() -> None:
         pl.when(pl.col("bits") > 12).then("p95"),
     ):
         assert sufficient_product_bits({"errors": errors("train"), "uniform": table.with_columns(p95=p95)}) == 14
-    text = summary({"errors": errors("train"), "uniform": uniform({12: 9.0, 14: 7.0})}, design())
-    assert plain(text).endswith(" No products of 12 to 14 bits would change the total by less than 5 %.")
+    text = enough({"errors": errors("train"), "uniform": uniform({12: 9.0, 14: 7.0})})
+    assert plain(text).endswith(" no products of 12 to 14 bits would change the total by less than 5 %.")
 
 
 def test_lengths_that_do_not_fit_are_none() -> None:
@@ -133,16 +163,16 @@ def test_lengths_that_do_not_fit_are_none() -> None:
     reason = pl.when(pl.col("bits") != 14).then(pl.lit("operand: 13 to 16 bits are supported, got 12"))
     table = table.with_columns(**unknown, reason=reason)
     assert sufficient_product_bits({"errors": errors("train"), "uniform": table}) == 14
-    assert " Products of 14×14 bits alone" in summary({"errors": errors("train"), "uniform": table}, design())
+    assert " products of 14×14 bits alone" in enough({"errors": errors("train"), "uniform": table})
 
 
 def test_without_the_tail_of_one_quantity_nothing_is_claimed() -> None:
     """That of φ, of which fewer frames count."""
     tail = pl.when(pl.col("quantity") != PHI).then("p95")
     tables = {"errors": errors("train"), "uniform": uniform({12: 0.0})}
-    assert "products" in summary(tables, design()).lower()
+    assert "products" in " ".join(summary(tables, design())).lower()
     tables = {name: table.with_columns(p95=tail) for name, table in tables.items()}
-    assert "products" not in summary(tables, design()).lower()
+    assert "products" not in " ".join(summary(tables, design())).lower()
 
 
 @pytest.mark.parametrize(
@@ -155,28 +185,29 @@ def test_without_the_tail_of_one_quantity_nothing_is_claimed() -> None:
     ],
 )
 def test_the_smallest_design(kbit: dict[str, float], end: str) -> None:
-    text = plain(summary({"designs": designs(**kbit)}, design()))
-    assert text.replace(" of coefficients", "") == f"The smallest design within 5 % of float's total: {end}"
+    _, saved, _ = map(plain, summary({"designs": designs(**kbit)}, design()))
+    start = "Saved: the smallest design within 5 % of float's total is "
+    assert saved.replace(" of coefficients", "") == f"{start}{end}"
 
 
 def test_no_design_is_small_and_good() -> None:
-    bad = summary({"designs": designs(mixed=-100.0)}, design())
-    assert plain(bad) == "No design of the table is within 5 % of float's total."
+    _, bad = summary({"designs": designs(mixed=-100.0)}, design())
+    assert plain(bad) == "Saved: nothing; no design of the table is within 5 % of float's total."
     unknown = designs(mixed=1.0).with_columns(within=pl.lit(None))
     for table in (designs(), unknown):
-        assert summary({"designs": table}, design()) == ""
+        assert summary({"designs": table}, design()) == []
 
 
 def test_the_cheapest_within_the_tolerance() -> None:
     """Trial 1 has 4 % more error than float in F and none in phi; trial 2 has 10 % more in phi."""
     tables = {"trials": trials(), "baseline": baseline(), "designs": designs(mixed=1.0)}
     start = "Cheapest within 5 % of float's errors: "
-    assert {cost: plain(text).removeprefix(start) for cost, text in cheapest_trials(tables).items()} == {
+    assert {cost: plain(text).removeprefix(start) for (cost,), text in cheapest_trials(tables).items()} == {
         "coefficient_kbit": "120 kbit of coefficients (trial 1 of 5); "
         "by random choice: 160 kbit of coefficients (trial 1 of 3).",
         "LUT": "10,000 LUT (trial 1 of 5); by random choice: 12,000 LUT (trial 1 of 3).",
     }
     for few in (baseline().head(1), trials([])):
-        assert cheapest_trials(tables | {"baseline": few})["LUT"].endswith("; by random choice: none of 1 trials.")
+        assert cheapest_trials(tables | {"baseline": few})["LUT",].endswith("; by random choice: none of 1 trials.")
     del tables["baseline"]
-    assert plain(cheapest_trials(tables)["LUT"]) == f"{start}10,000 LUT (trial 1 of 5)."
+    assert plain(cheapest_trials(tables)["LUT",]) == f"{start}10,000 LUT (trial 1 of 5)."

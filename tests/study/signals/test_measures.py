@@ -16,6 +16,7 @@ from tfra.model.fixed.butterfly import to_taxels
 from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.model.tfra import Status, Tfra
+from tfra.study.report import signal_charts
 from tfra.study.signals.measures import (
     Observed,
     bits_needed,
@@ -185,9 +186,16 @@ def test_blocks_do_not_matter():
 
 @pytest.mark.parametrize("name", SENSORS)
 def test_nothing_leaves_its_word_or_its_bound(name):
+    """Nor does a bar of the chart its tick; mu_ind is at both ends of its range, which take 17 bits."""
     design = make_design(SENSORS[name])
     table = ranges(design, [scenes(design, 50)])
     assert not len(broken(table))
+    (chart_ticks,) = signal_charts.ranges({"ranges": table}).select_traces({"name": "needed for the proven bound"})
+    proven = table.filter("proven").with_columns(tick=pl.Series(chart_ticks.x))
+    assert proven.filter(pl.col("bits_needed") > pl.col("tick"))["signal"].to_list() == []
+    assert proven.filter(pl.col("tick") > pl.col("bits"))["signal"].to_list() == []
+    ends = proven.filter(signal="mu_ind").select("minimum", "maximum", "bound", "bits_needed", "tick").row(0)
+    assert ends == (-(2**15), 2**15, 2**15, 17, 17)
     full = table.filter(pl.col("signal").str.ends_with(".operand") | pl.col("signal").str.ends_with(".division"))
     assert (full["headroom_bits"] == 0).all()
 
