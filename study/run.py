@@ -32,7 +32,7 @@ from tfra.study.search.search import EmptySpaceError, Search, trial_table
 from tfra.study.search.space import Space
 from tfra.study.search.trials import StoreError, Trial, Trials, public, sqlite
 from tfra.study.studyfile import StudyFile
-from tfra.study.tasks import Comparison, Errors, Signals, Task
+from tfra.study.tasks import Comparison, Errors, Estimators, Signals, Task
 from tfra.study.workers import Workers, fingerprint
 
 PARTIAL = "partial.html"
@@ -93,6 +93,8 @@ class Run:
         self._run_task(Errors(design, frames))
         self._require_errors()
         self._run_task(Signals(design, frames))
+        if self.study.beside:
+            self._run_task(Estimators(((self.study.project.path.stem, design), *self.study.beside), frames))
         for name, variations in self._variations():
             self._run_task(Comparison(name, frames, variations))
         if section := self.study.document.search:
@@ -104,10 +106,13 @@ class Run:
             (out / folder).mkdir()
         for name, table in self.tables.items():
             (out / "tables" / f"{name}.parquet").write_bytes(parquet(table))
+        weights = self.study.weights
         for each in self.designs:
             comment = f"Design `{each.name}` of the study {self.study.path.name}."
-            text = config_text(each.design, self.study.project.layer, comment)
+            text = config_text(each.design, self.study.project.layer, comment, weights.name if weights else None)
             (out / "designs" / f"{each.name}.toml").write_text(text)
+        if weights and self.designs:
+            (out / "designs" / weights.name).write_bytes(weights.read_bytes())
         (out / "index.html").write_text(self._page(), encoding="utf-8")
 
     def _page(self, pending: Sequence[str] = ()) -> str:
@@ -259,7 +264,7 @@ def _piece_name(number: int) -> str:
 
 def _table_names(document: StudyDocument) -> list[str]:
     """Names of the tables that a study makes, in order."""
-    names = [*Errors.makes, *Signals.makes]
+    names = [*Errors.makes, *Signals.makes, *(Estimators.makes if document.beside else [])]
     names += [name for name in ("uniform", "converter", "sensitivity", "variants") if getattr(document, name)]
     if document.search:
         names += ["trials", *(["baseline"] if document.search.baseline else []), "designs"]

@@ -75,6 +75,7 @@ VARIANTS = {
 
 _COLUMNS = {
     "coefficient_kbit": "coefficients / kbit",
+    "multiplier_kbit": "products / kbit",
     "latency_cycles": "latency / cycles",
     "interval_cycles": "interval / cycles",
     "dsp": "DSP",
