@@ -15,7 +15,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
 from tfra.study.errors.variation import Facts, Variation
-from tfra.study.search.costs import coefficient_kbit, dsp, multiplier_kbit
+from tfra.study.search.costs import coefficient_kbit, dsp
 from tfra.study.search.space import Space
 
 FRACTIONS = ("vector_fraction", "force_fraction")
@@ -27,7 +27,7 @@ def uniform(base: Design, lengths: Sequence[int], family: Family) -> tuple[Varia
 
     Vectors keep the bits below one code that they have in ``base``, and one more for each bit that operands are longer
     than there; the other signals follow as :meth:`tfra.study.search.space.Space.uniform` says.  Facts are ``bits``,
-    ``vector_fraction``, ``coefficient_kbit``, ``multiplier_kbit`` and ``dsp`` (of ``family``).
+    ``vector_fraction``, ``coefficient_kbit`` and ``dsp`` (of ``family``).
     """
     plain = replace(base, formats=replace(base.formats, signals=()))
     return tuple(_uniform(plain, bits, family) for bits in lengths)
@@ -58,7 +58,6 @@ def _priced(variation: Variation, family: Family) -> Variation:
     design = variation.design
     costs: Facts = {
         "coefficient_kbit": None if design is None else coefficient_kbit(design),
-        "multiplier_kbit": None if design is None else multiplier_kbit(design),
         "dsp": None if design is None else dsp(design, family),
     }
     return replace(variation, facts={**variation.facts, **costs})
