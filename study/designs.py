@@ -1,14 +1,16 @@
 """The designs that a search finds: their errors on held-out frames, in RTL, and placed.
 
 Named designs are ``base``, that of CONFIG; ``uniform``, the one with the fewest bits in all coefficients and operands
-whose total error stays close to float's; and for each cost ``least_COST``, the trial with the least of it that is as
-close.  Closeness is judged on the training frames; the table also has the errors on the held-out frames.
+whose total error stays close to float's; for each cost ``least_COST``, the trial with the least of it that is as
+close; and ``front_1`` and so on, others of the search's front.  Closeness is judged on the training frames; the table
+also has the errors on the held-out frames.
 """
 
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +22,7 @@ from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.block import Part
-from tfra.study.report.labels import CLOSE_PERCENT, HELD_OUT, PLACED, Tables
+from tfra.study.report.labels import CLOSE_PERCENT, HELD_OUT, PLACED, SYNTHESISED, Tables
 from tfra.study.search.costs import COSTS
 from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.space import Space
@@ -57,6 +59,19 @@ def cheapest(trials: Iterable[Trial], costs: Sequence[str]) -> dict[str, Trial]:
         if best.number not in {trial.number for trial in winners.values()}:
             winners[f"least_{cost.lower()}"] = best
     return winners
+
+
+def front(trials: Iterable[Trial], cost: str, most: int) -> dict[str, Trial]:
+    """Up to ``most`` trials, by names, of those that no other is better than in ``CHANGE`` and in ``cost``.
+
+    They are spread evenly from the cheapest to the most exact one.
+    """
+    complete = [trial for trial in trials if trial.state == COMPLETE]
+    order = sorted(complete, key=lambda trial: (trial.values[cost], trial.values[CHANGE], trial.number))
+    best = [float("inf"), *accumulate((trial.values[CHANGE] for trial in order), min)]
+    kept = [trial for trial, before in zip(order, best, strict=False) if trial.values[CHANGE] < before]
+    places = dict.fromkeys(np.linspace(0, len(kept) - 1, min(most, len(kept))).round().astype(int).tolist())
+    return {f"front_{number}": kept[place] for number, place in enumerate(places, 1)}
 
 
 def formats_text(formats: Formats) -> str:
@@ -159,24 +174,39 @@ class Verified(RowTask):
 
 
 @dataclass(frozen=True)
-class Placed(RowTask):
-    """Named designs, placed and routed; one that does not fit the part, or on which the tools fail, states so."""
+class Synthesised(RowTask):
+    """Named designs, synthesised; one that does not fit the part, or on which the tools fail, states so."""
+
+    name = "synthesised"
+    prefix: ClassVar[str] = SYNTHESISED
+
+    def row(self, job: Named) -> dict[str, Any]:
+        """Resources that the tools report."""
+        return self._implemented(job, 0, self.evaluation.target.clock_mhz)
+
+    def _implemented(self, job: Named, seeds: int, clock_mhz: float) -> dict[str, Any]:
+        target = self.evaluation.target
+        row: dict[str, Any] = {"name": job.name, "part": target.name, f"{self.prefix}reason": None}
+        try:
+            with scratch(temporary()) as folder:
+                report = Run(job.design, target, seeds, clock_mhz, lambda *_: None).write(folder / "fpga")
+        except (ToolError, ValueError) as error:
+            return row | {f"{self.prefix}reason": str(error).splitlines()[0]}
+        row |= {f"{self.prefix}{name}": facts["used"] for name, facts in report["resources"].items()}
+        if clock := report["clock"]:
+            row |= {"fmax_mhz": clock["median_mhz"], "seeds": len(clock["seeds"])}
+        return row
+
+
+@dataclass(frozen=True)
+class Placed(Synthesised):
+    """The same, placed and routed."""
 
     seeds: int
     clock_mhz: float
     name = "placed"
+    prefix = PLACED
 
     def row(self, job: Named) -> dict[str, Any]:
         """Resources, and the median frequency where the part's tools give one."""
-        target = self.evaluation.target
-        row: dict[str, Any] = {"name": job.name, "part": target.name, f"{PLACED}reason": None}
-        try:
-            with scratch(temporary()) as folder:
-                run = Run(job.design, target, self.seeds, self.clock_mhz, lambda *_: None)
-                report = run.write(folder / "fpga")
-        except (ToolError, ValueError) as error:
-            return row | {f"{PLACED}reason": str(error).splitlines()[0]}
-        row |= {f"{PLACED}{name}": facts["used"] for name, facts in report["resources"].items()}
-        if clock := report["clock"]:
-            row |= {"fmax_mhz": clock["median_mhz"], "seeds": len(clock["seeds"])}
-        return row
+        return self._implemented(job, self.seeds, self.clock_mhz)

@@ -19,7 +19,7 @@ from tfra.runtime.digest import digest
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import Store, put, work_folder
-from tfra.study.designs import Described, Named, Placed, Uniform, Verified, cheapest
+from tfra.study.designs import Described, Named, Placed, Synthesised, Uniform, Verified, cheapest, front
 from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Variation
 from tfra.study.frames.block import parquet
@@ -166,24 +166,32 @@ class Run:
         trials = self._run_search("trials", search, evaluation)
         if section.baseline:
             self._run_search("baseline", replace(search, sampler="random"), evaluation)
-        winners = tuple(
-            Named.of(base, name, Space.design(base, space.point(trial.indices)))
-            for name, trial in cheapest(trials, costs).items()
-        )
-        self.designs = [*([Named.of(base, "uniform", plain.design(bits))] if bits else []), *winners]
-        self._run_task(Described((None, Named("base", base), *self.designs), evaluation))
+        winners = tuple(self._named(space, *item) for item in cheapest(trials, costs).items())
+        found = [*([Named.of(base, "uniform", plain.design(bits))] if bits else []), *winners]
+        more = front(trials, costs[0], document.synth.front) if document.synth else {}
+        self.designs = [*found, *(self._named(space, *item) for item in more.items())]
+        compared = Named("base", base), *self.designs
+        self._run_task(Described((None, *compared), evaluation))
         if document.verify and winners:
             self._run_task(Verified(winners, evaluation, document.verify.frames, document.verify.simulator))
             self._join_designs("verified")
-        if document.place and self.designs:
+        if document.synth:
+            self._run_task(Synthesised(compared, evaluation))
+            self._join_designs("synthesised")
+        if document.place and found:
             clock = document.place.clock_mhz or target.clock_mhz
-            self._run_task(Placed(tuple(self.designs), evaluation, document.place.seeds, clock))
+            self._run_task(Placed(tuple(found), evaluation, document.place.seeds, clock))
             self._join_designs("placed")
+
+    def _named(self, space: Space, name: str, trial: Trial) -> Named:
+        """The design of a trial."""
+        return Named.of(self.study.design, name, Space.design(self.study.design, space.point(trial.indices)))
 
     def _join_designs(self, name: str) -> None:
         """Put the columns of a table beside those of the designs."""
-        more = self.tables.pop(name)
-        self._add({"designs": self.tables["designs"].join(more, on="name", how="left", maintain_order="left")})
+        more, designs = self.tables.pop(name), self.tables["designs"]
+        new = more.select("name", *(column for column in more.columns if column not in designs.columns))
+        self._add({"designs": designs.join(new, on="name", how="left", maintain_order="left")})
 
     def _run_search(self, name: str, search: Search, evaluation: Evaluation) -> list[Trial]:
         """Do a search, and make its table."""

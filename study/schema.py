@@ -71,6 +71,12 @@ class VerifySection(Section):
     simulator: Literal["icarus", "verilator", "amaranth"] | None = None
 
 
+class SynthSection(Section):
+    """``[synth]``: the designs of the search, and so many more of its front, synthesised for the target."""
+
+    front: Annotated[int, Field(ge=0, le=64)] = 4
+
+
 class PlaceSection(Section):
     """``[place]``: the designs of the search, and those they are compared with, placed and routed on the target."""
 
@@ -90,4 +96,5 @@ class StudyDocument(Section):
     variants: VariantsSection | None = None
     search: SearchSection | None = None
     verify: VerifySection | None = None
+    synth: SynthSection | None = None
     place: PlaceSection | None = None

@@ -76,9 +76,9 @@ def load_study(path: Path) -> StudyFile:
     definition = Definition.of(path, design.sensor, project.layer, document.frames, design.adc, project.input)
     _require_frames(path, document)
     space, target = None, None
-    for name in ("verify", "place"):
+    for name in ("verify", "synth", "place"):
         if getattr(document, name) and not document.search:
-            raise InputError(path, name, "needs a section [search], whose designs are placed")
+            raise InputError(path, name, "needs a section [search], whose designs it takes")
     if document.search:
         with blame(path, "search"):
             target = _target(document.search, design)

@@ -20,8 +20,8 @@ CLOSE_PERCENT = 5.0
 CLOSE = f"{CLOSE_PERCENT:g}\N{NO-BREAK SPACE}%"
 """The same as text."""
 
-HELD_OUT, PLACED = "_held_out", "placed_"
-"""Suffix of a quantity's name, and prefix of a cost's name, in the table of designs."""
+HELD_OUT, SYNTHESISED, PLACED = "_held_out", "synthesised_", "placed_"
+"""Suffix of a quantity's name, and prefixes of a cost's name, in the table of designs."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,9 @@ def column_label(column: str) -> str:
         return f"95th percentile of the error of {QUANTITIES[name].axis}{part}"
     if name == CHANGE:
         return f"growth of the total error over float’s / %{part}"
-    if column.startswith(PLACED):
-        return f"{column.removeprefix(PLACED)}, placed"
+    for prefix in (SYNTHESISED, PLACED):
+        if column.startswith(prefix):
+            return f"{column.removeprefix(prefix)}, {prefix.removesuffix('_')}"
     return _COLUMNS.get(column, column.replace("_", " "))
 
 

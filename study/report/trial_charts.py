@@ -7,9 +7,9 @@ from typing import Any
 import plotly.graph_objects as go
 import polars as pl
 
-from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE
+from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from tfra.study.report.figure import GREY, Scale, add_marks, figure, unless_empty
-from tfra.study.report.labels import CLOSE, CLOSE_PERCENT, PLACED, Tables, column_label
+from tfra.study.report.labels import CLOSE, CLOSE_PERCENT, PLACED, SYNTHESISED, Tables, column_label
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.search.trials import COMPLETE
 
@@ -17,12 +17,12 @@ from tfra.study.search.trials import COMPLETE
 def trials(tables: Tables, cost: str) -> go.Figure:
     """Complete trials over one cost; lines are the least error at each cost, with the named designs.
 
-    A thin line leads from a design to its cost after place and route.
+    A thin line leads from a design to its cost after synthesis, or after place and route.
     """
     complete = tables["trials"].filter(state=COMPLETE)
     random = tables.get("baseline", tables["trials"].clear()).filter(state=COMPLETE)
     named = _designs(tables, cost)
-    known = [*complete[cost], *random[cost], *named[cost], *named[PLACED + cost].drop_nulls()]
+    known = [*complete[cost], *random[cost], *named[cost], *named["measured"].drop_nulls()]
     least, random_least = _least(complete, cost), _least(random, cost)
     x = Scale.of(known)
     across = x.axis(column_label(cost)) | ({} if x.log else {"range": None})  # it does not have to begin at zero
@@ -51,12 +51,14 @@ def trials(tables: Tables, cost: str) -> go.Figure:
     # Names are inside, and apart from their neighbours'.
     sides = [f"{'bottom' if n % 2 else 'top'} {'right' if n < len(named) / 2 else 'left'}" for n in range(len(named))]
     placed = named["fmax_mhz"].is_not_null()
+    synthesised = ~placed & named["part"].is_not_null()
     for name, those, colour, symbol in (
-        ("designs", ~placed, ORANGE, "square-open"),
+        ("designs", ~placed & ~synthesised, ORANGE, "square-open"),
+        ("designs synthesised", synthesised, PURPLE, "diamond-open"),
         ("designs placed and routed", placed, GREEN, "star-open"),
     ):
         some = named.filter(those)
-        more = (some[PLACED + cost] - some[cost]).fill_null(0.0)
+        more = (some["measured"] - some[cost]).fill_null(0.0)
         whisker = {"array": more.clip(0).to_list(), "arrayminus": (-more).clip(0).to_list(), "thickness": 1}
         add(
             name, some, mode="markers+text", text=some["name"].to_list(),
@@ -81,8 +83,10 @@ def _least(complete: pl.DataFrame, cost: str) -> pl.DataFrame:
 
 
 def _designs(tables: Tables, cost: str) -> pl.DataFrame:
-    """The named designs whose error and cost are known, from the cheapest on."""
-    numbers = dict.fromkeys([CHANGE, cost, PLACED + cost, "fmax_mhz"], pl.Float64)
-    table = tables.get("designs", pl.DataFrame(schema={"name": pl.String, **numbers}))
-    missing = {name: pl.lit(None, pl.Float64) for name in numbers if name not in table.columns}
-    return table.with_columns(**missing).drop_nulls([CHANGE, cost]).sort(cost)
+    """The named designs whose error and cost are known, from the cheapest on, with the cost that was ``measured``."""
+    numbers = dict.fromkeys([CHANGE, cost, SYNTHESISED + cost, PLACED + cost, "fmax_mhz"], pl.Float64)
+    columns = {"name": pl.String, "part": pl.String, **numbers}
+    table = tables.get("designs", pl.DataFrame(schema=columns))
+    missing = {name: pl.lit(None, kind) for name, kind in columns.items() if name not in table.columns}
+    known = table.with_columns(**missing).drop_nulls([CHANGE, cost]).sort(cost)
+    return known.with_columns(measured=pl.coalesce(PLACED + cost, SYNTHESISED + cost))

@@ -78,7 +78,7 @@ def test_a_space_may_be_written_in_three_ways(read: Any) -> None:
         (GOOD + "force_n = -1.0", "study.toml: frames.mixture#1.force_n: either this or peak_kpa is needed"),
         (GOOD.replace("train = 400", "train = 0"), "study.toml: frames.train: at least one is needed, got none"),
         (GOOD + "[uniform]\nbits = []", "study.toml: uniform.bits: at least one value is needed, got []"),
-        (GOOD + "[verify]", "study.toml: verify: needs a section [search], whose designs are placed"),
+        (GOOD + "[verify]", "study.toml: verify: needs a section [search], whose designs it takes"),
         (SEARCH + "size = 1", "study.toml: search.size: 2 or more is needed, got 1"),
         (SEARCH + 'target = "ecp6"', "study.toml: search.target: "),
         (SEARCH + 'costs = ["LUTs"]', "study.toml: search.costs: one of coefficient_kbit, multiplier_kbit, DSP, "),

@@ -77,6 +77,17 @@ def test_placed_designs_stand_at_their_estimate_with_a_line_to_the_measured() ->
     assert series(tables(), "coefficient_kbit")["designs placed and routed"].error_x.array == (0,)
 
 
+def test_synthesised_designs_have_their_own_mark() -> None:
+    table = designs(uniform=200.0, mixed=150.0).with_columns(
+        part=pl.lit("ecp5-45"), synthesised_LUT=pl.when(pl.col("name") == "uniform").then(9_500.0)
+    )
+    found = series(tables() | {"designs": table}, "LUT")
+    diamond = found["designs synthesised"]
+    assert (diamond.text, diamond.marker.symbol) == (("uniform",), "diamond-open")
+    assert (diamond.error_x.array, diamond.error_x.arrayminus) == ((0,), (1_000,))
+    assert found["designs placed and routed"].text == ("mixed",)
+
+
 def test_what_is_missing_is_not_drawn() -> None:
     alone = series({"trials": trials()}, "LUT")
     assert set(alone) == {"least error", "trials", "Pareto front"}

@@ -7,6 +7,7 @@ import pytest
 
 from tests.study.definitions import design
 from tests.study.report.search_tables import FORCE, PHI, baseline, designs, trials
+from tfra.report.table import number
 from tfra.study.report.summary import (
     cheapest_trials,
     notes,
@@ -99,8 +100,9 @@ def test_the_summary() -> None:
         "Enough: a 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.",
         "Saved: the smallest design within 5 % of float's total is `mixed` (199 kbit of coefficients, "
         "25 % less than the best uniform one, `uniform` and 50 % less than that of CONFIG, `base`).",
+        "Measured: placed and routed, estimates are off by up to 16 % (LUT).",
         "Next: generate the core of `designs/mixed.toml`; the method errs most, so more bits gain little: "
-        "choose contacts that suit it, or another estimator.",
+        "choose contacts that suit it, another estimator, or one that is trained longer.",
     ]
     assert summary({}, design()) == []
 
@@ -185,13 +187,13 @@ def test_without_the_tail_of_one_quantity_nothing_is_claimed() -> None:
     ],
 )
 def test_the_smallest_design(kbit: dict[str, float], end: str) -> None:
-    _, saved, _ = map(plain, summary({"designs": designs(**kbit)}, design()))
+    _, saved, *_ = map(plain, summary({"designs": designs(**kbit)}, design()))
     start = "Saved: the smallest design within 5 % of float's total is "
     assert saved.replace(" of coefficients", "") == f"{start}{end}"
 
 
 def test_no_design_is_small_and_good() -> None:
-    _, bad = summary({"designs": designs(mixed=-100.0)}, design())
+    _, bad, *_ = summary({"designs": designs(mixed=-100.0)}, design())
     assert plain(bad) == "Saved: nothing; no design of the table is within 5 % of float's total."
     unknown = designs(mixed=1.0).with_columns(within=pl.lit(None))
     for table in (designs(), unknown):
@@ -211,3 +213,25 @@ def test_the_cheapest_within_the_tolerance() -> None:
         assert cheapest_trials(tables | {"baseline": few})["LUT",].endswith("; by random choice: none of 1 trials.")
     del tables["baseline"]
     assert plain(cheapest_trials(tables)["LUT",]) == f"{start}10,000 LUT (trial 1 of 5)."
+
+
+@pytest.mark.parametrize(
+    ("lut", "line"),
+    [
+        ({"uniform": 10_000, "mixed": 7_700}, "`mixed` takes 23\N{NO-BREAK SPACE}% less LUT than `uniform`; "),
+        ({"uniform": 10_000, "mixed": 9_600, "front_1": 9_000},
+         "no mixed design takes 20\N{NO-BREAK SPACE}% less of a resource than `uniform`: "
+         "most is 10\N{NO-BREAK SPACE}% of LUT; "),
+        ({"mixed": 9_600}, ""),
+        ({"uniform": 10_000, "far": 5_000}, ""),
+    ],
+)  # fmt: skip
+def test_what_a_mixed_design_saves_is_measured(lut: dict[str, float], line: str) -> None:
+    """Of designs within the tolerance; those that were not synthesised do not count."""
+    table = designs(uniform=200.0, mixed=150.0, front_1=140.0, far=-100.0).drop("placed_LUT")
+    measured = pl.DataFrame({"name": list(lut), "synthesised_LUT": [float(used) for used in lut.values()]})
+    tables = {"designs": table.join(measured, on="name", how="left", maintain_order="left"), "errors": errors()}
+    off = max(abs(10_500 / used - 1) for used in lut.values())
+    (found,) = (text for text in summary(tables, design()) if text.startswith("Measured: "))
+    end = f"estimates are off by up to {number(100 * off, 2)}\N{NO-BREAK SPACE}% (LUT)."
+    assert found == f"Measured: by synthesis, {line}{end}"
