@@ -19,6 +19,7 @@ from tfra.study.frames.frameset import Definition, blame
 from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import COSTS, LEAST
 from tfra.study.search.space import Space
+from tfra.study.skins.studyfile import SkinStudy
 
 MOST_OPTIONS = 4096
 """Of one name of a space."""
@@ -43,7 +44,7 @@ class StudyFile:
         return [self.path, self.project.path, *([] if recording is None else [self.path.parent / recording])]
 
 
-def load_study(path: Path) -> StudyFile:
+def load_study(path: Path) -> StudyFile | SkinStudy:
     """Read and check the STUDY file at ``path``, and the CONFIG file that it names.
 
     Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with them.
@@ -53,7 +54,8 @@ def load_study(path: Path) -> StudyFile:
     except ValidationError as error:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
-    project.require_array("tfra study")
+    if project.skin:
+        return SkinStudy.of(path, document, project, project.skin)
     design = project.design
     if not isinstance(design, TfraDesign):
         raise InputError(path, "config", "a design of the TFRA estimator is needed")

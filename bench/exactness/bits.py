@@ -80,7 +80,7 @@ def designs(names: tuple[str, ...]) -> str:
     )
     lines = [head, "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
     for name in names:
-        sensor = load_study(ROOT / example(name)).design.sensor
+        sensor = load_study(ROOT / example(name)).project.design.sensor
         pitches = f"{1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm"
         rows = [row for row in table(name, "designs").rows(named=True) if row["coefficient_kbit"] is not None]
         plain = next((row["coefficient_kbit"] for row in rows if row["name"] == "uniform"), None)
@@ -99,7 +99,7 @@ def designs(names: tuple[str, ...]) -> str:
 def sentence(out: str) -> str:
     """The answer on top of a report, its lines as a list."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
-    lines = summary(tables, load_study(ROOT / example(out)).design)
+    lines = summary(tables, load_study(ROOT / example(out)).project.design)
     return "\n".join(f"> - {line}" for line in lines)
 
 

@@ -79,15 +79,15 @@ def flips(tables: Tables, part: str) -> go.Figure:
     rows = tables["flips"].filter(pl.col("decision").is_in(list(FLIPS)), part=part).to_dicts()
     points = [(list(FLIPS).index(row["decision"]), row) for row in rows]
     columns = ("rate", "rate_low", "rate_high")
-    return _dots(points, list(FLIPS.values()), 54, "share of frames that flip", columns, "step", _FLIPPING)
+    return dots(points, list(FLIPS.values()), 54, "share of frames that flip", columns, "step", _FLIPPING)
 
 
 def _errors(points: Sequence[tuple[int, Row]], labels: Sequence[str], height: int, quantity: str) -> go.Figure:
     title = f"error of {QUANTITIES[quantity].axis}"
-    return _dots(points, labels, height, title, ("median", "median", "p95"), "view", VIEWS)
+    return dots(points, labels, height, title, ("median", "median", "p95"), "view", VIEWS)
 
 
-def _dots(
+def dots(
     points: Sequence[tuple[int, Row]],
     labels: Sequence[str],
     height: int,
@@ -96,7 +96,7 @@ def _dots(
     key: str,
     styles: Mapping[Any, Style],
 ) -> go.Figure:
-    """Every row of ``points`` in its labelled row, as one of the series by its ``key``; series are beside each other.
+    """Draw every row of ``points`` in its labelled row, as one of the series by its ``key``, beside each other.
 
     ``columns`` are those of the value and of its whisker's ends.
     """
