@@ -171,8 +171,8 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
         colorscale="Cividis", reversescale=True, showscale=False, xgap=2, ygap=2,
         name=f"{QUANTITIES[quantity].axis}, {name}",
     )  # fmt: skip
-    for y, line in enumerate(rows):  # positions on an axis of categories are numbers
-        for x, row in enumerate(line):
+    for y, line in zip(lines, rows, strict=True):
+        for x, row in zip(columns, line, strict=True):
             if row and row[statistic] is None:
                 text = "×" if is_misfit(row) else "few"
                 chart.add_annotation(text=text, x=x, y=y, showarrow=False, font={"color": GREY, "size": 11})
@@ -180,9 +180,9 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
 
 
 def _categories(title: str, labels: Sequence[str]) -> dict[str, Any]:
-    """An axis with all its cells, even where they are empty."""
+    """An axis with all its cells, even where they are empty; a number for a place would be taken for a label."""
     axis = {"title": {"text": title}, "type": "category", "range": [-0.5, len(labels) - 0.5], "showgrid": False}
-    return axis | ticks(labels)
+    return axis | ticks(labels) | {"tickvals": list(labels)}
 
 
 def with_change(sensitivity: pl.DataFrame, errors: pl.DataFrame) -> pl.DataFrame:

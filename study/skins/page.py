@@ -124,7 +124,7 @@ def _found(tables: Tables) -> str:
     )
     words = f"{_percent(missed)} of {missed['of']:,} contacts are missed"
     words += f", {_percent(merged)} since they merge with another" if merged["count"] else ""
-    words += f"; {_percent(invented)} of those found are not there"
+    words += f"; {_percent(invented)} of those found are invented"
     worst = core.filter(pl.col("count") > 0, split=GAP, kind="missed").sort("rate", descending=True)
     if len(worst):
         row = worst.row(0, named=True)
