@@ -54,13 +54,13 @@ def load_study(path: Path) -> StudyFile | SkinStudy:
     except ValidationError as error:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
-    if project.skin:
-        return SkinStudy.of(path, document, project, project.skin)
     design = project.design
-    if not isinstance(design, TfraDesign):
-        raise InputError(path, "config", "a design of the TFRA estimator is needed")
     with blame(project.path, ""):
         microarchitecture(design).check()
+    if project.skin:
+        return SkinStudy.of(path, document, project, project.skin)
+    if not isinstance(design, TfraDesign):
+        raise InputError(path, "config", "a design of the TFRA estimator is needed")
     definition = Definition.of(path, design.sensor, project.layer, document.frames, design.adc, project.input)
     _require_frames(path, document)
     space, target = None, None

@@ -254,8 +254,8 @@ def test_flips_and_heat_maps_show_what_the_tables_say(page: str, tables: dict[st
         assert float(text.partition("<br>")[0] or "nan") == pytest.approx(row["p95"] or math.nan, rel=0.06, nan_ok=True)
     assert any(found.values())
     assert [note["x"] for note in figure["layout"]["annotations"] if note["text"] == "×"] == ["16", "16"]
-        axes = figure["layout"]["xaxis"], figure["layout"]["yaxis"]
-        assert [axis["tickvals"] for axis in axes] == [axis["ticktext"] for axis in axes]
+    axes = figure["layout"]["xaxis"], figure["layout"]["yaxis"]
+    assert [axis["tickvals"] for axis in axes] == [axis["ticktext"] for axis in axes]
 
 
 def test_what_does_not_fit_is_a_cross_with_its_reason(page: str, tables: dict[str, pl.DataFrame]) -> None:
