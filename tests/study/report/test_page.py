@@ -354,7 +354,7 @@ def test_few_frames_and_hostile_words(tab: Browser, tables: dict[str, pl.DataFra
     notes = [note["text"] for note in shown["chart-converter-own"][0]["layout"]["annotations"]]
     assert notes == ["few", "few", "×"] * 2
     assert '"no trial is complete"' in json.dumps(shown["chart-trials"][0])
-    assert "There are too few frames to split the error into steps." in text
+    assert "Limit: there are too few frames to split the error into steps." in text
     show(tab, tmp_path, text)
     assert tab.messages == []
     assert tab.requests == []

@@ -79,16 +79,14 @@ def test_errors_are_those_of_the_contacts_that_belong_together(case: tuple[Skin,
         assert scores[f"invented.{step}"].sum() == len(result.frame) - (at[step] >= 0).sum()
     everywhere = np.min([at[step] for step in Step], axis=0) >= 0
     assert 0 < (~everywhere).sum() < len(everywhere) / 2
-    before = force[everywhere], table["mu"].to_numpy()[everywhere], center[everywhere] / pitch
+    truth = force[everywhere], table["mu"].to_numpy()[everywhere], center[everywhere] / pitch
+    before = truth
     for step, result in results.items():
         which = at[step][everywhere]
         windows, place = result.windows, np.stack([result.x, result.y], axis=1)[which] / pitch
         length = np.linalg.norm(force[everywhere], axis=1)
         of_step = windows.resultant[which], windows.mu[which], place
-        for view, (f, mu, where) in (
-            ("total", (force[everywhere], table["mu"].to_numpy()[everywhere], center[everywhere] / pitch)),
-            ("own", before),
-        ):
+        for view, (f, mu, where) in (("total", truth), ("own", before)):
             wanted = {
                 "force_difference_percent_of_true_force": 100 * np.linalg.norm(of_step[0] - f, axis=1) / length,
                 "mu": of_step[1] - mu,
@@ -111,7 +109,7 @@ def test_arithmetic_finds_what_the_converter_does(scores: pl.DataFrame) -> None:
 
 
 def test_merged_contacts_are_taken_by_others_and_faint_ones_are_not(case: tuple[Skin, Block]) -> None:
-    skin, block = case
+    skin, _ = case
     row, column = np.indices((14, 16))
     stress = np.zeros((1, 14, 16), dtype=np.float32)
     for y, x, height in ((4, 4, 1e5), (4, 6, 8e4), (11, 13, 1e3)):  # the second is at the slope, the third too faint
@@ -123,9 +121,7 @@ def test_merged_contacts_are_taken_by_others_and_faint_ones_are_not(case: tuple[
         **{key: np.zeros(3) for key in ("force_x_n", "force_y_n", "mu", "phi_deg")},
         "force_z_n": -np.ones(3),
     }
-    truth = pl.DataFrame({key: [values.tolist()] for key, values in lists.items()}).with_columns(
-        offset_share_of_peak=0.0
-    )
+    truth = pl.DataFrame({key: [values.tolist()] for key, values in lists.items()})
     made = Block(0, stress, stress, np.full_like(stress, np.nan), truth)
     found = cascade(skin, made)(skin.window)
     assert found["missed.method"].to_list() == [False, True, True]

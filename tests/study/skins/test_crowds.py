@@ -86,11 +86,8 @@ def test_each_kind_has_its_own_number_of_contacts(tmp_path: Path) -> None:
 
 
 def test_no_room_is_told(tmp_path: Path) -> None:
-    loaded = study(
-        tmp_path,
-        STUDY.replace("gap_pitches = 0.5", "gap_pitches = 9.0").replace("from = 1, to = 4", "from = 3, to = 4"),
-    )
-    with pytest.raises(
-        ValueError, match=r"^mixture#1.contacts: [34] contacts with a gap of 9 pitches find no room, \d do$"
-    ):
+    far = STUDY.replace("gap_pitches = 0.5", "gap_pitches = 9.0").replace("from = 1, to = 4", "from = 3, to = 4")
+    loaded = study(tmp_path, far)
+    reason = r"^mixture#1.contacts: [34] contacts with a gap of 9 pitches find no room, \d do$"
+    with pytest.raises(ValueError, match=reason):
         loaded.definition.source.block(Part.TRAIN, 0, 40)
