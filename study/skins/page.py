@@ -7,12 +7,16 @@ import polars as pl
 from tfra.model.skin.skin import Skin
 from tfra.report.table import listed, number
 from tfra.study.errors.cascade import Step, View
+from tfra.study.errors.statistics import BEYOND
 from tfra.study.report import error_charts
 from tfra.study.report.labels import CLOSE, QUANTITIES, Tables, cost_amount
 from tfra.study.report.page import Chart, Section, by_view, compose
 from tfra.study.report.summary import HEADLINE, advice, first_part, shares, sufficient, sufficient_product_bits
 from tfra.study.skins import charts
-from tfra.study.skins.statistics import ALL, GAP
+from tfra.study.skins.statistics import ALL, ALONE, GAP
+
+ENOUGH = 2 * BEYOND
+"""Contacts of a group that a sentence may be about, as many as a median takes."""
 
 SECTIONS = (
     Section(
@@ -103,12 +107,17 @@ def notes(tables: Tables) -> list[str]:
     part, errors = first_part(tables, "errors")
     total = errors.filter(pl.col("quantity").is_in(list(HEADLINE)), step=Step.ARITHMETIC, view=View.TOTAL)
     counts = [f"{n:,} for {QUANTITIES[name].label}" for name, n in total.select("quantity", "count").iter_rows()]
+    marked = first_part(tables, "marked")[1].filter(step=Step.ARITHMETIC, status="input_saturated")
     return [
         f"Amounts are medians of the errors' magnitudes over contacts of {part} frames that all steps find, "
         f"{listed(counts)}; φ has none without friction. The share of a step is its change of the result of the step "
         "before; all together is the error of the core's result against the ground truth. The error of φ is an angle; "
         "that of F is the length of the difference vector in percent of the true |F|. A change by less than "
         f"{CLOSE} is one of both the median and the 95th percentile of both errors.",
+        *(
+            f"{n:,} of {of:,} contacts found have a taxel at an end of the converter's range; they are kept."
+            for n, of in marked.select("contacts", "of").iter_rows()
+        ),
         "Word lengths and converters are compared on training frames.",
     ]
 
@@ -125,10 +134,10 @@ def _found(tables: Tables) -> str:
     words = f"{_percent(missed)} of {missed['of']:,} contacts are missed"
     words += f", {_percent(merged)} since they merge with another" if merged["count"] else ""
     words += f"; {_percent(invented)} of those found are invented"
-    worst = core.filter(pl.col("count") > 0, split=GAP, kind="missed").sort("rate", descending=True)
-    if len(worst):
-        row = worst.row(0, named=True)
-        words += f"; worst are gaps of {row['group']} pitches, where {_percent(row)} of {row['of']:,} are missed"
+    near = core.filter(pl.col("count") > 0, pl.col("of") >= ENOUGH, pl.col("group") != ALONE, split=GAP, kind="missed")
+    if len(near):
+        row = near.sort("rate", descending=True).row(0, named=True)
+        words += f"; worst is a gap of {row['group']} pitches, where {_percent(row)} of {row['of']:,} are missed"
     return f"{words}."
 
 

@@ -52,9 +52,8 @@ def groups(scores: pl.DataFrame) -> Iterator[tuple[str, str, pl.DataFrame]]:
         yield from _unless_empty(CONTACTS, name, some)
     gap = pl.col("gap_pitches")
     for low, high in pairwise(GAPS):
-        name = f"≥ {low:g}" if high == math.inf else f"{low:g}–{high:g}" if low else f"< {high:g}"
-        within = gap.is_between(low or -math.inf, high, closed="left")
-        yield from _unless_empty(GAP, name, scores.filter(within))
+        name = f"{low:g} or more" if high == math.inf else f"{low:g}–{high:g}"
+        yield from _unless_empty(GAP, name, scores.filter(gap.is_between(low, high, closed="left")))
     yield from _unless_empty(GAP, ALONE, scores.filter(gap.is_infinite()))
 
 

@@ -127,3 +127,12 @@ def test_keys_of_a_skin_belong_to_skins(tmp_path: Path) -> None:
     one = "[sensor]\nrows = 4\ncolumns = 6\npitch_x_mm = 5.0\npitch_y_mm = 3.0\nthickness_mm = 2.0\n"
     with pytest.raises(InputError, match=r"mixture#1.contacts: a frame has one contact, since CONFIG has no section"):
         load_study(write(tmp_path, STUDY, one))
+
+
+def test_contacts_beyond_full_scale_are_told(tmp_path: Path) -> None:
+    pressed = STUDY[: STUDY.index("[uniform]")].replace("to = 100.0", "to = 900.0").replace("= 70", "= 0")
+    run(study(tmp_path, pressed), tmp_path / "out", tmp_path / "w", nullcontext(one_after_another), "", silent)
+    bits = pl.read_parquet(tmp_path / "out" / "tables" / "marked.parquet").filter(step="arithmetic")
+    ((count, of),) = bits.filter(status="input_saturated").select("contacts", "of").rows()
+    assert 0 < count < of
+    assert f"{count} of {of} contacts found have a taxel at an end" in (tmp_path / "out" / "index.html").read_text()

@@ -42,9 +42,9 @@ def test_groups_are_by_number_and_by_gap(scores: pl.DataFrame) -> None:
         ("contacts", "1", 1),
         ("contacts", "2", 2),
         ("contacts", "3–4", 3),
-        ("gap", "< 1", 2),
+        ("gap", "0–1", 2),
         ("gap", "2–3", 2),
-        ("gap", "≥ 4", 1),
+        ("gap", "4 or more", 1),
         ("gap", "alone", 1),
     ]
 
@@ -63,9 +63,9 @@ def test_rates_are_of_those_there_and_of_those_found(scores: pl.DataFrame) -> No
     assert row("all", Step.ARITHMETIC, "invented") == (1, 5)
     assert row("1", Step.METHOD, "invented") == (1, 2)
     assert row("3–4", Step.METHOD, "invented") == (0, 3)
-    assert row("< 1", Step.METHOD, "missed") == (1, 2)
+    assert row("0–1", Step.METHOD, "missed") == (1, 2)
     assert not len(table.filter(split="gap", kind="invented"))
-    half = table.filter(group="< 1", step=Step.METHOD, kind="missed").row(0, named=True)
+    half = table.filter(group="0–1", step=Step.METHOD, kind="missed").row(0, named=True)
     z = 1.959963984540054  # Wilson's interval of one of two is symmetric
     width = z * math.sqrt(0.25 / 2 + z * z / 16) / (1 + z * z / 2)
     assert (half["rate_low"], half["rate_high"]) == pytest.approx((0.5 - width, 0.5 + width))
@@ -77,7 +77,7 @@ def test_errors_are_those_of_known_contacts(scores: pl.DataFrame) -> None:
     assert row["median"] is None  # too few
     split = by_group(scores).filter(quantity="mu", step=Step.NOISE, view=View.OWN)
     assert dict(split.select("group", "worst").iter_rows()) == {
-        "1": 1.0, "2": 2.0, "3–4": 10.0, "< 1": 2.0, "2–3": 3.0, "≥ 4": 10.0, "alone": 1.0,
+        "1": 1.0, "2": 2.0, "3–4": 10.0, "0–1": 2.0, "2–3": 3.0, "4 or more": 10.0, "alone": 1.0,
     }  # fmt: skip
 
 
