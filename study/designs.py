@@ -15,13 +15,14 @@ import numpy as np
 import polars as pl
 
 from tfra.model.choices import Formats
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.design import Design
 from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.block import Part
 from tfra.study.report.labels import CLOSE_PERCENT, HELD_OUT, PLACED, Tables
-from tfra.study.search.evaluate import CHANGE, COSTS, Evaluation
+from tfra.study.search.costs import COSTS
+from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, Trial
 from tfra.study.tasks import Pieces
@@ -33,10 +34,10 @@ class Named:
     """A design, and its name in the tables, as a file and as a Verilog module."""
 
     name: str
-    design: TfraDesign
+    design: Design
 
     @classmethod
-    def of(cls, base: TfraDesign, name: str, design: TfraDesign) -> "Named":
+    def of(cls, base: Design, name: str, design: Design) -> "Named":
         """``design`` as a module with its own name, distinct from ``base``."""
         return cls(name, replace(design, name=f"{base.name[:40]}_{name}"))
 
@@ -126,12 +127,12 @@ class Uniform(RowTask):
         close = complete.filter(pl.col(CHANGE) <= CLOSE_PERCENT) if len(complete) else complete
         return min(close["bits"], default=None)
 
-    def design(self, bits: int) -> TfraDesign:
+    def design(self, bits: int) -> Design:
         """The design of a length."""
         return Space.design(self._plain, Space.uniform(self._plain, bits))
 
     @property
-    def _plain(self) -> TfraDesign:
+    def _plain(self) -> Design:
         """The base with no signal of its own length."""
         base = self.evaluation.base
         return replace(base, formats=replace(base.formats, signals=()))

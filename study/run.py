@@ -30,7 +30,7 @@ from tfra.study.search.trials import StoreError, Trial, Trials, public, sqlite
 from tfra.study.skins.run import SkinRun
 from tfra.study.skins.studyfile import SkinStudy
 from tfra.study.studyfile import StudyFile
-from tfra.study.tasks import Comparison, Errors, Signals
+from tfra.study.tasks import Comparison, Errors, Estimators, Signals
 from tfra.study.workers import Workers, fingerprint
 
 
@@ -79,6 +79,8 @@ class Run(Running):
         self._run_task(Errors(design, frames))
         self._require_errors()
         self._run_task(Signals(design, frames))
+        if self.study.beside:
+            self._run_task(Estimators(((self.study.project.path.stem, design), *self.study.beside), frames))
         for name, variations in self._variations():
             self._run_task(Comparison(name, frames, variations))
         if section := self.study.document.search:
@@ -93,10 +95,13 @@ class Run(Running):
         super().write(out)
         if self.designs:  # an empty folder would have no seal
             (out / "designs").mkdir()
+        weights = self.study.weights
         for each in self.designs:
             comment = f"Design `{each.name}` of the study {self.study.path.name}."
-            text = config_text(each.design, self.study.project.layer, comment)
+            text = config_text(each.design, self.study.project.layer, comment, weights.name if weights else None)
             (out / "designs" / f"{each.name}.toml").write_text(text)
+        if weights and self.designs:
+            (out / "designs" / weights.name).write_bytes(weights.read_bytes())
 
     def _page(self, pending: Sequence[str] = ()) -> str:
         design = self.study.design
@@ -192,7 +197,7 @@ class Run(Running):
 
 def _table_names(document: StudyDocument) -> list[str]:
     """Names of the tables that a study makes, in order."""
-    names = [*Errors.makes, *Signals.makes]
+    names = [*Errors.makes, *Signals.makes, *(Estimators.makes if document.beside else [])]
     names += [name for name in ("uniform", "converter", "sensitivity", "variants") if getattr(document, name)]
     if document.search:
         names += ["trials", *(["baseline"] if document.search.baseline else []), "designs"]

@@ -82,6 +82,7 @@ class StudyDocument(Section):
     """The whole file."""
 
     config: str
+    beside: Annotated[list[str], Field(max_length=8)] = Field(default=[])
     frames: FramesSection
     uniform: UniformSection | None = None
     converter: ConverterSection | None = None

@@ -11,13 +11,15 @@ from tfra.codegen.config.complaints import complaint
 from tfra.codegen.config.read import Project, load
 from tfra.families import Target, find
 from tfra.hdl.cores import microarchitecture
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.design import Design
+from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import read_toml
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.frameset import Definition, blame
 from tfra.study.schema import SearchSection, StudyDocument
-from tfra.study.search.evaluate import COSTS, LEAST
+from tfra.study.search.costs import COSTS
+from tfra.study.search.evaluate import LEAST
 from tfra.study.search.space import Space
 from tfra.study.skins.studyfile import SkinStudy
 
@@ -27,12 +29,16 @@ MOST_OPTIONS = 4096
 
 @dataclass(frozen=True)
 class StudyFile:
-    """The content of a STUDY file; ``space`` is None if the study chooses it."""
+    """The content of a STUDY file; ``space`` is None if the study chooses it.
+
+    ``beside`` are other designs of the sensor, by the names of their files.
+    """
 
     path: Path
     document: StudyDocument
     project: Project
-    design: TfraDesign
+    design: Design
+    beside: tuple[tuple[str, Design], ...]
     definition: Definition
     space: Space | None
     target: Target | None
@@ -41,7 +47,16 @@ class StudyFile:
     def inputs(self) -> list[Path]:
         """Files that the study reads."""
         recording = self.document.frames.recording
-        return [self.path, self.project.path, *([] if recording is None else [self.path.parent / recording])]
+        others = [self.path.parent / name for name in self.document.beside]
+        return [
+            *(self.path, self.project.path, *others, *([self.weights] if self.weights else [])),
+            *([] if recording is None else [self.path.parent / recording]),
+        ]
+
+    @property
+    def weights(self) -> Path | None:
+        """The file of weights that CONFIG names."""
+        return self.project.path.parent / self.project.weights if self.project.weights else None
 
 
 def load_study(path: Path) -> StudyFile | SkinStudy:
@@ -59,8 +74,7 @@ def load_study(path: Path) -> StudyFile | SkinStudy:
         microarchitecture(design).check()
     if project.skin:
         return SkinStudy.of(path, document, project, project.skin)
-    if not isinstance(design, TfraDesign):
-        raise InputError(path, "config", "a design of the TFRA estimator is needed")
+    beside = tuple(_beside(path, document, design.sensor))
     definition = Definition.of(path, design.sensor, project.layer, document.frames, design.adc, project.input)
     _require_frames(path, document)
     space, target = None, None
@@ -70,8 +84,22 @@ def load_study(path: Path) -> StudyFile | SkinStudy:
     if document.search:
         with blame(path, "search"):
             target = _target(document.search, design)
-            space = _space(document.search.space) if document.search.space else None
-    return StudyFile(path, document, project, design, definition, space, target)
+            space = _space(document.search.space, design) if document.search.space else None
+    return StudyFile(path, document, project, design, beside, definition, space, target)
+
+
+def _beside(path: Path, document: StudyDocument, sensor: SensorArray) -> Iterator[tuple[str, Design]]:
+    """The other designs by the names of their files; raises ``InputError``."""
+    names = {Path(document.config).stem}
+    for key, file in enumerate(document.beside, 1):
+        project = load(path.parent / file)
+        project.require_array("tfra study")
+        if (name := project.path.stem) in names:
+            raise InputError(path, f"beside#{key}", f"{name} is there twice")
+        if project.design.sensor != sensor:
+            raise InputError(path, f"beside#{key}", f"{file} is of another sensor than {document.config}")
+        names.add(name)
+        yield name, project.design
 
 
 def _require_frames(path: Path, document: StudyDocument) -> None:
@@ -83,7 +111,7 @@ def _require_frames(path: Path, document: StudyDocument) -> None:
             raise InputError(path, f"frames.{key}", f"[search] needs {LEAST} or more, got {given}")
 
 
-def _target(section: SearchSection, design: TfraDesign) -> Target:
+def _target(section: SearchSection, design: Design) -> Target:
     for key, known in (("costs", COSTS), ("errors", tuple(SIGNED))):
         names = getattr(section, key)
         for name in names:
@@ -100,11 +128,13 @@ def _target(section: SearchSection, design: TfraDesign) -> Target:
     return target
 
 
-def _space(given: Mapping[str, Any]) -> Space:
-    """The space of a table; raises ``ValueError`` that starts with the key."""
+def _space(given: Mapping[str, Any], design: Design) -> Space:
+    """The space of a table around ``design``; raises ``ValueError`` that starts with the key."""
     options = dict(_options(given, ""))
     try:
-        return Space(options)
+        space = Space(options)
+        space.require_of(design)
+        return space
     except ValueError as error:
         raise ValueError(f"space.{error}" if options else str(error)) from None
 

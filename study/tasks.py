@@ -13,16 +13,14 @@ import polars as pl
 
 from tfra.model.arrays import Ints
 from tfra.model.converter import convert
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.errors.statistics import errors, flagged, flips
+from tfra.model.fixed.design import Design
+from tfra.study.errors.statistics import errors, flagged, flips, unflagged
 from tfra.study.errors.variation import COLUMNS, Variation, cascade_of, rows
 from tfra.study.frames.block import Part, from_parquet, parquet
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.report.labels import Tables
-from tfra.study.signals.measures import decision_table, range_table, stage_table, total
-from tfra.study.signals.tfra.instrument import Instrument
-from tfra.study.signals.tfra.observation import catalogue
-from tfra.study.signals.tfra.signals import stage_of
+from tfra.study.signals.instruments import instrument
+from tfra.study.signals.measures import decision_table, length_table, range_table, stage_table, total
 
 Pieces = Callable[[int], bytes]
 """Loads the piece of the n-th job."""
@@ -54,7 +52,7 @@ class Task(Protocol):
 class Errors:
     """Errors and decisions of ``design`` by step, on all frames."""
 
-    design: TfraDesign
+    design: Design
     frames: FrameSet
     name = "errors"
     unit = "blocks"
@@ -81,13 +79,13 @@ class Errors:
 
 @dataclass(frozen=True)
 class Signals:
-    """SQNR of all stages of ``design``, and ranges of all signals, on the training frames."""
+    """SQNR of all stages of ``design``, ranges and lengths of all signals, on the training frames."""
 
-    design: TfraDesign
+    design: Design
     frames: FrameSet
     name = "signals"
     unit = "blocks"
-    makes = ("stages", "decisions", "ranges")
+    makes = ("stages", "decisions", "ranges", "lengths")
 
     @property
     def jobs(self) -> range:
@@ -97,13 +95,51 @@ class Signals:
     def __call__(self, job: int) -> bytes:
         """Measures of a block."""
         codes: Ints = convert(self.design, self.frames.block(Part.TRAIN, job).noisy)
-        return json.dumps(Instrument(self.design).measure(codes)).encode()
+        return json.dumps(instrument(self.design).measure(codes)).encode()
 
     def tables(self, piece: Pieces) -> Tables:
         """Tables of all blocks; that of the stages has no rows where no frame is swept."""
-        measures = total(json.loads(piece(job)) for job in self.jobs)
-        stages, ranges = stage_table(stage_of, measures), range_table(catalogue(self.design), measures)
-        return {"stages": stages, "decisions": decision_table(measures), "ranges": ranges}
+        measures, inside = total(json.loads(piece(job)) for job in self.jobs), instrument(self.design)
+        return {
+            "stages": stage_table(inside.stage_of, measures),
+            "decisions": decision_table(measures),
+            "ranges": range_table(inside.catalogue, measures),
+            "lengths": length_table(self.design, measures),
+        }
+
+
+@dataclass(frozen=True)
+class Estimators:
+    """Errors of several ``designs``, by their names, on the same frames: those that no step of any of them flags."""
+
+    designs: tuple[tuple[str, Design], ...]
+    frames: FrameSet
+    name = "estimators"
+    unit = "blocks"
+    makes = ("estimators",)
+
+    @property
+    def jobs(self) -> list[tuple[Part, int]]:
+        """The blocks held out, those of the training where there are none."""
+        blocks = self.frames.definition.all_blocks()
+        return [block for block in blocks if block[0] is Part.HELD_OUT] or blocks
+
+    def __call__(self, job: tuple[Part, int]) -> bytes:
+        """Scores of a block."""
+        cascade = cascade_of(self.frames, *job)
+        scores = [cascade(design).with_columns(design=pl.lit(name)) for name, design in self.designs]
+        return parquet(pl.concat(scores, how="diagonal"))
+
+    def tables(self, piece: Pieces) -> Tables:
+        """Rows as :func:`tfra.study.errors.statistics.errors`, behind the ``design`` and its ``estimator``."""
+        scores = pl.concat([from_parquet(piece(number)) for number in range(len(self.jobs))])
+        keep = scores["frame"].filter(unflagged(scores)).value_counts().filter(count=len(self.designs))["frame"]
+        table_rows = [
+            {"design": name, "estimator": design.estimator, **row}
+            for name, design in self.designs
+            for row in errors(scores.filter(pl.col("frame").is_in(keep.implode()), design=name)).rows(named=True)
+        ]
+        return {self.name: pl.DataFrame(table_rows, infer_schema_length=None)}
 
 
 Scoring = Callable[..., pl.DataFrame]

@@ -91,12 +91,16 @@ class Folding:
 
     def matrix(self, name: str, matrix: Floats, flip: int = EE) -> Operator:
         """Quantise ``matrix (m, m)``, which maps each parity p to p ^ ``flip``."""
-        q, parity = self._choices.quads, np.arange(4)
-        folded = (self.fold @ matrix @ self.unfold).reshape(q, 4, q, 4)
-        exact = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
-        rows, fraction = quantise_rows(self._choices, exact, self._choices.formats.bits(f"coefficient.{name}"))
+        bits = self._choices.formats.bits(f"coefficient.{name}")
+        rows, fraction = quantise_rows(self._choices, self.rows(matrix, flip), bits)
         bare = Operator(name, rows, flip, fraction, 0.0, _row_sum(rows) / 2.0**fraction)
         return replace(bare, gain=_row_sum(self.taxel_matrix(bare)))
+
+    def rows(self, matrix: Floats, flip: int = EE) -> Floats:
+        """The folded ``matrix (m, m)`` as rows ``(Q, 4, Q)`` of an operator, not quantised."""
+        q, parity = self._choices.quads, np.arange(4)
+        folded = (self.fold @ matrix @ self.unfold).reshape(q, 4, q, 4)
+        return np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)
 
     def sums(self, name: str, functionals: Sequence[dict[int, Floats]]) -> Operator:
         """Quantise rows that sum: one quad per dict, which maps a parity to the functional ``(m,)`` of that parity."""

@@ -2,7 +2,7 @@
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Generic, Self, TypeVar
@@ -80,6 +80,11 @@ class Design(Choices, ABC):
         """Signals that may have a word length of their own in ``formats``."""
 
     @property
+    def used_signals(self) -> tuple[str, ...]:
+        """Those of ``signals`` on which a result of this design depends."""
+        return self.signals
+
+    @property
     @abstractmethod
     def result_fields(self) -> tuple[str, ...]:
         """Names of the fields of a result frame, in order."""
@@ -98,6 +103,11 @@ class Design(Choices, ABC):
     @abstractmethod
     def float_model(self) -> Callable[[npt.ArrayLike], Result]:
         """The estimator in double precision: from stress ``(n, rows, columns)`` in Pa to results."""
+
+    @property
+    @abstractmethod
+    def float_settings(self) -> tuple[Hashable, ...]:
+        """Everything that the float model takes from the design beside the sensor: alike for designs that share it."""
 
     @property
     @abstractmethod

@@ -22,6 +22,7 @@ F_x is odd in x, F_y odd in y, F_z and the uncertainty are even in both, so each
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -33,6 +34,7 @@ from tfra.model.fixed.butterfly import EE, HADAMARD, OX, OY, butterfly, taxel_in
 from tfra.model.learned.field import residual, spread
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, check_frames, direction_deg, friction, in_contact, unit_scaled
+from tfra.runtime.digest import digest
 
 MIRRORS = 4
 """Elements of the group."""
@@ -53,6 +55,7 @@ class Weights:
 
     ``first (C1, m)``, ``second (4, C2, C1)``, ``read2 (4, C2)``, ``read1 (4, C1)``, ``direct (4, m)``.  Raises
     ``ValueError`` that starts with the name of an array of another shape, or with a number that is not finite.
+    Weights with the same numbers are equal.
     """
 
     first: Floats
@@ -78,6 +81,19 @@ class Weights:
         for name in NAMES:
             if not np.isfinite(getattr(self, name)).all():
                 raise ValueError(f"{name}: a number is not finite")
+
+    @cached_property
+    def _digest(self) -> str:
+        return digest(repr(self.counts), *(getattr(self, name).tobytes().hex() for name in NAMES))
+
+    def __repr__(self) -> str:
+        return f"Weights({self._digest})"
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Weights) and all(np.array_equal(getattr(self, n), getattr(other, n)) for n in NAMES)
 
     @property
     def counts(self) -> tuple[int, int]:

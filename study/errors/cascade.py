@@ -3,9 +3,9 @@
 ==========  =========================================================  =================================
 Step        What is estimated, and from what                           Its own share of the error
 ==========  =========================================================  =================================
-method      float TFRA on exact stress                                 the algorithm's, against the truth
-noise       float TFRA on stress with noise and offset                 of noise and offset
-converter   float TFRA on codes of the converter times its LSB         of rounding and clipping
+method      the estimator in float on exact stress                     the method's, against the truth
+noise       the same on stress with noise and offset                   of noise and offset
+converter   the same on codes of the converter times its LSB           of rounding and clipping
 arithmetic  the bit-accurate model on the same codes                   of the word lengths
 ==========  =========================================================  =================================
 
@@ -14,24 +14,23 @@ All four have the same contact threshold, search and plateau tolerance.  A step 
 of signed quantities add up to the total.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.choices import Adc
 from tfra.model.converter import convert, saturated
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import centroids
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import rotation_deg
-from tfra.model.sensor import SensorArray
-from tfra.model.tfra import TIE, Result, Status, Tfra
+from tfra.model.tfra import TIE, Result, Status
 from tfra.sim.compiled import quickest
 from tfra.study.frames.block import Block, with_noise
 
@@ -72,30 +71,34 @@ Estimate = Result | Block
 """A result, or the truth."""
 
 
-class _Search(NamedTuple):
-    """All settings that float TFRA takes from a design of the same sensor; stress in Pa."""
+@dataclass(frozen=True)
+class _Float:
+    """The float estimator of a design; those of one kind with the same settings are the same."""
 
-    steps: int
-    tolerance: float
-    threshold: float
+    settings: tuple[Hashable, ...]
+    model: Callable[[npt.ArrayLike], Result] = field(compare=False)
+
+    @classmethod
+    def of(cls, design: Design) -> "_Float":
+        return cls((design.estimator, *design.float_settings), design.float_model)
 
 
 class Cascade:
-    """The steps of any designs for ``sensor`` on one ``block``; float results that designs share are computed once.
+    """The steps of any designs for the same sensor on one ``block``; float results that they share are computed once.
 
     ``normal`` returns the noise of the block at unit deviation, for designs with other noise than the frames' own.
     """
 
-    def __init__(self, sensor: SensorArray, block: Block, normal: Callable[[], Floats] | None = None) -> None:
-        self._sensor, self._exact, self._normal = sensor, block, normal
+    def __init__(self, block: Block, normal: Callable[[], Floats] | None = None) -> None:
+        self._exact, self._normal = block, normal
         # Few of each are stored: designs that follow each other share most.
         self._block = lru_cache(maxsize=1)(self._with_noise)
         self._method = lru_cache(maxsize=4)(self._make_method)
         self._noise = lru_cache(maxsize=4)(self._make_noise)
-        self._converted: dict[tuple[_Search, float | None, Adc], Result] = {}  # the last one alone
+        self._converted: dict[tuple[_Float, float | None, Adc], Result] = {}  # the last one alone
 
     def __call__(
-        self, design: TfraDesign, compared: Sequence[Step] = tuple(Step), noise: float | None = None
+        self, design: Design, compared: Sequence[Step] = tuple(Step), noise: float | None = None
     ) -> pl.DataFrame:
         """A row each frame: errors by :func:`error_column`, decisions by :func:`decision_column`, ``frame``.
 
@@ -109,11 +112,7 @@ class Cascade:
         columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
         before: Estimate = block
         for step, result in self._results(design, noise, codes).items():
-            decisions = _decisions(result)
-            if step is Step.ARITHMETIC:
-                exact = centroids(design, codes.reshape(len(codes), -1))
-                decisions = _decisions_of_words(exact.cos, exact.sin, exact.sweep_y)
-            decisions |= {"status": result.status, "sweep_index": result.sweep_index}
+            decisions = _decisions(design, step, codes, result)
             columns |= {decision_column(key, step): values for key, values in decisions.items()}
             for view, reference in ((View.TOTAL, block), (View.OWN, before)) if step in compared else ():
                 errors = differences(block, reference, result)
@@ -122,17 +121,16 @@ class Cascade:
         types = {key: kind for key, kind in _TYPES.items() if key in columns}
         return pl.DataFrame(columns).with_columns(pl.col(key).cast(kind) for key, kind in types.items())
 
-    def _results(self, design: TfraDesign, noise: float | None, codes: Ints) -> dict[Step, Result]:
-        lsb = design.adc.lsb
-        search = _Search(design.search.steps, design.search.tolerance * lsb, design.adc.threshold * lsb)
-        key = search, noise, design.adc
+    def _results(self, design: Design, noise: float | None, codes: Ints) -> dict[Step, Result]:
+        in_float = _Float.of(design)
+        key = in_float, noise, design.adc
         if key not in self._converted:
-            result = self._tfra(search)(codes * lsb)
+            result = in_float.model(codes * design.adc.lsb)
             clipped = np.where(saturated(design, codes), Status.INPUT_SATURATED, 0)  # which float can't detect itself
             self._converted = {key: replace(result, status=result.status | clipped)}
         return {
-            Step.METHOD: self._method(search),
-            Step.NOISE: self._noise(search, noise),
+            Step.METHOD: self._method(in_float),
+            Step.NOISE: self._noise(in_float, noise),
             Step.CONVERTER: self._converted[key],
             Step.ARITHMETIC: decode(design, quickest(design)(codes)),
         }
@@ -146,14 +144,11 @@ class Cascade:
         offset = exact.truth["offset_share_of_peak"].to_numpy() if drawn else 0.0
         return replace(exact, noisy=with_noise(exact.stress, noise, offset, self._normal()))
 
-    def _tfra(self, search: _Search) -> Tfra:
-        return Tfra(self._sensor, search.steps, search.tolerance, contact_threshold=search.threshold)
+    def _make_method(self, in_float: _Float) -> Result:
+        return in_float.model(self._exact.stress)
 
-    def _make_method(self, search: _Search) -> Result:
-        return self._tfra(search)(self._exact.stress)
-
-    def _make_noise(self, search: _Search, noise: float | None) -> Result:
-        return self._tfra(search)(self._block(noise).noisy)
+    def _make_noise(self, in_float: _Float, noise: float | None) -> Result:
+        return in_float.model(self._block(noise).noisy)
 
 
 def differences(truth: Estimate, start: Estimate, end: Estimate) -> dict[str, Floats]:
@@ -193,7 +188,7 @@ DECISIONS = {
     "sweep_index": pl.Int16,
 }
 """The decisions of a step, and their coding: status bits, quadrant of the tangential force (0 to 3), whether mu_y is
-swept, whether over [-1, 0], and the winner's index."""
+swept, whether over [-1, 0], and the winner's index; the last three of estimators that sweep."""
 
 _TYPES = {
     **{error_column(key, step, view): pl.Float32 for key in SIGNED for step in Step for view in View},
@@ -210,12 +205,21 @@ def _percent(part: Floats, whole: Floats) -> Floats:
     return 100.0 * np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0)
 
 
-def _decisions(result: Result) -> dict[str, Ints | Bools]:
-    """Decisions after a direction in degrees, which float arithmetic keeps well within ``TIE``."""
+def _decisions(design: Design, step: Step, codes: Ints, result: Result) -> dict[str, Ints | Bools]:
+    """Decisions of a step; an estimator that sweeps nothing has the first two alone."""
+    decisions: dict[str, Ints | Bools] = {
+        "status": result.status,
+        "quadrant": (result.phi_deg // 90.0).astype(np.int64),
+    }
+    if not design.sweeps:
+        return decisions
+    decisions["sweep_index"] = result.sweep_index
+    if step is Step.ARITHMETIC:
+        exact = centroids(design, codes.reshape(len(codes), -1))
+        return decisions | _decisions_of_words(exact.cos, exact.sin, exact.sweep_y)
     cos, sin = np.cos(np.radians(result.phi_deg)), np.sin(np.radians(result.phi_deg))
-    sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)
-    quadrant = (result.phi_deg // 90.0).astype(np.int64)
-    return {"quadrant": quadrant, "sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}
+    sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)  # float keeps a direction in degrees well within TIE
+    return decisions | {"sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}
 
 
 def _decisions_of_words(cos: Ints, sin: Ints, sweep_y: Bools) -> dict[str, Ints | Bools]:

@@ -11,18 +11,18 @@ from itertools import product
 
 from tfra.families import Family
 from tfra.model.choices import Adc, Search
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.design import Design
 from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
 from tfra.study.errors.variation import Facts, Variation
-from tfra.study.search.evaluate import coefficient_kbit, dsp
+from tfra.study.search.costs import coefficient_kbit, dsp
 from tfra.study.search.space import Space
 
 FRACTIONS = ("vector_fraction", "force_fraction")
 """Formats that are not word lengths but numbers of bits below one code."""
 
 
-def uniform(base: TfraDesign, lengths: Sequence[int], family: Family) -> tuple[Variation, ...]:
+def uniform(base: Design, lengths: Sequence[int], family: Family) -> tuple[Variation, ...]:
     """Designs whose coefficients and operands all have n bits, for each n of ``lengths``.
 
     Vectors keep the bits below one code that they have in ``base``, and one more for each bit that operands are longer
@@ -33,22 +33,22 @@ def uniform(base: TfraDesign, lengths: Sequence[int], family: Family) -> tuple[V
     return tuple(_uniform(plain, bits, family) for bits in lengths)
 
 
-def _uniform(base: TfraDesign, bits: int, family: Family) -> Variation:
+def _uniform(base: Design, bits: int, family: Family) -> Variation:
     point = Space.uniform(base, bits)
     facts: Facts = {"bits": bits, "vector_fraction": point["vector_fraction"]}
     return _priced(Variation.of(facts, lambda: Space.design(base, point)), family)
 
 
-def sensitivity(base: TfraDesign, family: Family, shorter: Sequence[int]) -> tuple[Variation, ...]:
+def sensitivity(base: Design, family: Family, shorter: Sequence[int]) -> tuple[Variation, ...]:
     """``base`` with one signal at a time ``shorter`` by a number of bits: every signal, and vector and force fraction.
 
     Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.
     """
-    signals = (*base.signals, *FRACTIONS)
+    signals = (*base.used_signals, *FRACTIONS)
     return tuple(_priced(_shortened(base, signal, less), family) for signal in signals for less in shorter)
 
 
-def _shortened(base: TfraDesign, signal: str, shorter: int) -> Variation:
+def _shortened(base: Design, signal: str, shorter: int) -> Variation:
     left = (getattr(base.formats, signal) if signal in FRACTIONS else base.formats.bits(signal)) - shorter
     facts: Facts = {"signal": signal, "bits": left, "shorter": shorter}
     return Variation.of(facts, lambda: Space.design(base, {signal: left}))
@@ -63,7 +63,7 @@ def _priced(variation: Variation, family: Family) -> Variation:
     return replace(variation, facts={**variation.facts, **costs})
 
 
-def converters(base: TfraDesign, bits: Sequence[int], noise: Sequence[float]) -> tuple[Variation, ...]:
+def converters(base: Design, bits: Sequence[int], noise: Sequence[float]) -> tuple[Variation, ...]:
     """``base`` after every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
 
     All have the same exact stress, the drawn offsets and the same noise, scaled.  Full scale stays, and so do a
@@ -76,7 +76,7 @@ def converters(base: TfraDesign, bits: Sequence[int], noise: Sequence[float]) ->
     )
 
 
-def behind(base: TfraDesign, bits: int) -> TfraDesign:
+def behind(base: Design, bits: int) -> Design:
     """``base`` after a converter of ``bits``; raises ``ValueError`` where an operand is shorter than its codes."""
     more, threshold = bits - base.adc.bits, base.adc.contact_threshold
     if threshold is not None:
@@ -85,21 +85,24 @@ def behind(base: TfraDesign, bits: int) -> TfraDesign:
     return replace(base, adc=Adc(bits, base.adc.full_scale, threshold), search=search)
 
 
-def variants(base: TfraDesign, steps: Sequence[int], tolerances: Sequence[float]) -> tuple[Variation, ...]:
-    """``base`` with other steps, with other tolerances, and with every rounding of its products.
+def variants(base: Design, steps: Sequence[int], tolerances: Sequence[float]) -> tuple[Variation, ...]:
+    """``base`` with every rounding of its products; one that sweeps also with other steps and other tolerances.
 
     Facts are ``variant``, what is varied, and all three settings: ``steps``, ``plateau_tolerance_lsb``, ``rounding``.
     Steps and tolerance are those of the float steps, too, so that all steps are compared; of rounding, arithmetic.
     """
     search, formats = base.search, base.formats
+    rounded = (_variant("rounding", replace(base, formats=replace(formats, rounding=each))) for each in Rounding)
+    if not base.sweeps:
+        return tuple(rounded)
     return (
         *(_variant("steps", replace(base, search=replace(search, steps=count))) for count in steps),
         *(_variant("plateau_tolerance", replace(base, search=replace(search, tolerance=each))) for each in tolerances),
-        *(_variant("rounding", replace(base, formats=replace(formats, rounding=each))) for each in Rounding),
+        *rounded,
     )
 
 
-def _variant(variant: str, design: TfraDesign) -> Variation:
+def _variant(variant: str, design: Design) -> Variation:
     facts: Facts = {
         "variant": variant,
         "steps": design.search.steps,

@@ -42,6 +42,9 @@ ERRORS = {
 }
 """Columns of :func:`errors`."""
 
+_COMPARED = ("quadrant", "sweep_y", "negative", "sweep_index")
+"""Decisions of unflagged frames; an estimator that sweeps nothing has the first one alone."""
+
 _FLIPS = {
     "step": pl.String,
     "decision": pl.String,
@@ -101,7 +104,8 @@ def flagged(scores: pl.DataFrame) -> pl.DataFrame:
     bits = {step: scores[decision_column("status", step)].to_numpy() for step in Step}
     rows = [
         (str(step), str(status.name).lower(), int(np.count_nonzero(bits[step] & status.value)), len(scores))
-        for step, status in product(Step, OF_CORES)
+        for step, status in product(Step, Status)
+        if status in OF_CORES or any((of & status.value).any() for of in bits.values())
     ]
     rows += [("any", "left_out", int((~unflagged(scores)).sum()), len(scores))]
     schema = {"step": pl.String, "status": pl.String, "frames": pl.Int64, "of": pl.Int64}
@@ -125,9 +129,10 @@ def flips(scores: pl.DataFrame) -> pl.DataFrame:
 
 
 def index_equal_rate(scores: pl.DataFrame) -> float | None:
-    """Return the rate of ``sweep_index_equal`` of the arithmetic alone, null of no frames."""
+    """Return the rate of ``sweep_index_equal`` of the arithmetic alone, null of no frames, and where none is swept."""
     changes = _changes(scores, scores.filter(unflagged(scores)), Step.CONVERTER, Step.ARITHMETIC)
-    count, total = next((count, total) for decision, count, total in changes if decision == "sweep_index_equal")
+    counts = ((count, total) for decision, count, total in changes if decision == "sweep_index_equal")
+    count, total = next(counts, (0, 0))
     return count / total if total else None
 
 
@@ -136,11 +141,14 @@ def _changes(scores: pl.DataFrame, used: pl.DataFrame, before: Step, step: Step)
     one, other = (scores[decision_column("status", each)].to_numpy() & ~_SATURATION.value for each in (before, step))
     yield "status", int((one != other).sum()), len(scores)
     first, then = (
-        {key: used[decision_column(key, each)].to_numpy() for key in ("quadrant", "sweep_y", "negative", "sweep_index")}
+        {key: used[name].to_numpy() for key in _COMPARED if (name := decision_column(key, each)) in used.columns}
         for each in (before, step)
     )
     for decision, key in (("quadrant", "quadrant"), ("swept_variable", "sweep_y")):
-        yield decision, int((first[key] != then[key]).sum()), len(used)
+        if key in first:
+            yield decision, int((first[key] != then[key]).sum()), len(used)
+    if "sweep_index" not in first:
+        return
     same = (first["sweep_y"] == then["sweep_y"]) & (first["negative"] == then["negative"])
     moved = np.abs(then["sweep_index"] - first["sweep_index"])[same]
     yield "sweep_index_equal", int((moved == 0).sum()), len(moved)

@@ -10,7 +10,7 @@ from typing import Any
 
 import polars as pl
 
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.design import Design
 from tfra.study.errors.cascade import SIGNED, Cascade, Step, View
 from tfra.study.errors.statistics import ERRORS, errors, index_equal_rate, unflagged
 from tfra.study.frames.block import Part
@@ -29,13 +29,13 @@ class Variation:
     """
 
     facts: Facts
-    design: TfraDesign | None
+    design: Design | None
     reason: str | None = None
     compared: tuple[Step, ...] = (Step.ARITHMETIC,)
     noise: float | None = None
 
     @classmethod
-    def of(cls, facts: Facts, make: Callable[[], TfraDesign], **others: Any) -> "Variation":
+    def of(cls, facts: Facts, make: Callable[[], Design], **others: Any) -> "Variation":
         """The variation whose design ``make`` gives; a ``ValueError`` of it is the reason why it does not fit."""
         try:
             design = make()
@@ -48,7 +48,7 @@ class Variation:
 def cascade_of(frames: FrameSet, part: Part, number: int) -> Cascade:
     """The cascade on a block of ``frames``."""
     definition = frames.definition
-    return Cascade(definition.sensor, frames.block(part, number), lambda: definition.noise(part, number))
+    return Cascade(frames.block(part, number), lambda: definition.noise(part, number))
 
 
 COLUMNS = ERRORS | {
@@ -64,7 +64,7 @@ def rows(variation: Variation, scores: pl.DataFrame | None) -> Iterator[dict[str
     """Rows of a variation's table: its facts, then the columns of :func:`tfra.study.errors.statistics.errors`.
 
     After them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
-    alike whose index float finds, too, and the ``reason`` why all of it is null.
+    alike whose index float finds, too (null where nothing is swept), and the ``reason`` why all of it is null.
     """
     if variation.design is None or scores is None:
         for quantity, step, view in product(SIGNED, variation.compared, View):

@@ -64,6 +64,17 @@ def cascade(tables: Tables, quantity: str, part: str) -> go.Figure:
     return _errors(points, [STEPS[step] for step in steps], 62, quantity)
 
 
+def estimators(tables: Tables, quantity: str) -> go.Figure:
+    """The steps of every design, one design below the other."""
+    rows = tables["estimators"].filter(quantity=quantity).to_dicts()
+    names = list(dict.fromkeys((row["design"], row["estimator"]) for row in rows))
+    groups = [f"{design} ({estimator})" for design, estimator in names for _ in Step]
+    labels, positions = grouped(groups, [STEPS[step] for _ in names for step in Step])
+    places = [(design, step) for design, _ in names for step in Step]
+    at = dict(zip(places, positions, strict=True))
+    return _errors([(at[row["design"], row["step"]], row) for row in rows], labels, 40, quantity)
+
+
 def variants(tables: Tables, quantity: str, view: str) -> go.Figure:
     """One view of the arithmetic's errors, for each variant of the design."""
     rows = tables["variants"].filter(quantity=quantity, step=Step.ARITHMETIC, view=view).to_dicts()
@@ -77,9 +88,10 @@ def variants(tables: Tables, quantity: str, view: str) -> go.Figure:
 def flips(tables: Tables, part: str) -> go.Figure:
     """How often each step's decision differs from that of the step before, with its interval."""
     rows = tables["flips"].filter(pl.col("decision").is_in(list(FLIPS)), part=part).to_dicts()
-    points = [(list(FLIPS).index(row["decision"]), row) for row in rows]
+    made = [decision for decision in FLIPS if any(row["decision"] == decision for row in rows)]
+    points, labels = [(made.index(row["decision"]), row) for row in rows], [FLIPS[decision] for decision in made]
     columns = ("rate", "rate_low", "rate_high")
-    return dots(points, list(FLIPS.values()), 54, "share of frames that flip", columns, "step", _FLIPPING)
+    return dots(points, labels, 54, "share of frames that flip", columns, "step", _FLIPPING)
 
 
 def _errors(points: Sequence[tuple[int, Row]], labels: Sequence[str], height: int, quantity: str) -> go.Figure:

@@ -78,6 +78,7 @@ _WITH_INTERVAL = ("median", "p95", "p99_9", "rate", "missed", "merged", "invente
 
 _COLUMNS = {
     "coefficient_kbit": "coefficients / kbit",
+    "multiplier_kbit": "products / kbit",
     "latency_cycles": "latency / cycles",
     "interval_cycles": "interval / cycles",
     "dsp": "DSP",

@@ -79,6 +79,14 @@ SECTIONS = (
         (Chart("cascade", error_charts.cascade, ("quantity", "part")),),
     ),
     Section(
+        "estimators",
+        "Estimators side by side",
+        "The same frames, those that no step of any design flags. A dot is the median of the error’s magnitude; the "
+        "line ends at the 95th percentile. Blue is the change from the step before; vermilion is the total.",
+        ("estimators",),
+        (Chart("estimators", error_charts.estimators, ("quantity",)),),
+    ),
+    Section(
         "flips",
         "Decisions that flip",
         "A dot is the share of frames in which a step decides differently from the step before. Its line is the 95 % "
@@ -93,6 +101,15 @@ SECTIONS = (
         "headroom. The black tick marks the bits that the proven bound needs. A cross marks words that saturated.",
         ("ranges",),
         (Chart("ranges", signal_charts.ranges),),
+    ),
+    Section(
+        "lengths",
+        "Magnitudes of coefficients and signals",
+        "A row is a signal, or the coefficients of an operator; dark cells are the lengths that many of its words "
+        "have, without the sign. The vermilion tick ends the word: cells that are empty below it are bits that nothing "
+        "uses, and a row that ends far above zero rounds its small words away.",
+        ("lengths",),
+        (Chart("lengths", signal_charts.lengths),),
     ),
     Section(
         "stages",

@@ -7,6 +7,7 @@ import polars as pl
 
 from tfra.model.fixed.numbers import signed_bits
 from tfra.report.colours import BLACK, BLUE, VERMILION
+from tfra.report.table import number
 from tfra.study.report.figure import GREY, PALE, ROW_HEIGHT, Row, add_marks, grouped, rows_figure, series
 from tfra.study.report.labels import Tables
 
@@ -47,6 +48,35 @@ def _bits_of_bound(row: Row) -> int:
     """Both signs may reach the bound, as mu_ind does; only a word as long as the converter's ends one code before."""
     bound = row["bound"]
     return min(row["bits"], signed_bits(bound)) if row["signed"] else int(bound).bit_length()
+
+
+def lengths(tables: Tables) -> go.Figure:
+    """Shares of the lengths of coefficients and signals, with the ends of the signals' words."""
+    table, words = tables["lengths"], {row["signal"]: row for row in tables["ranges"].to_dicts()}
+    names = table.sort("kind", maintain_order=True).select("kind", "name").unique(maintain_order=True).rows()
+    labels, positions = grouped([f"{kind}s" for kind, _ in names], [name for _, name in names])
+    most = max(table["significant_bits"].max(), *(row["bits"] for row in words.values()))
+    at = dict(zip(names, positions, strict=True))
+    shares: list[list[float | None]] = [[None] * (most + 1) for _ in labels]
+    for position in positions:
+        shares[position] = [0.0] * (most + 1)
+    for kind, name, bits, share in table.iter_rows():
+        shares[at[kind, name]][bits] = share
+    axis = {"title": {"text": "bits beside the sign"}, "range": [-0.6, most + 0.6], "dtick": 8}
+    chart = rows_figure(labels, ROW_HEIGHT, axis)
+    texts = [
+        ["" if v is None else f"{label}: {number(100 * v, 2)} % have {bits} bits" for bits, v in enumerate(row)]
+        for label, row in zip(labels, shares, strict=True)
+    ]
+    chart.add_heatmap(
+        x=list(range(most + 1)), y=list(range(len(labels))), z=shares, hovertext=texts, hoverinfo="text",
+        colorscale="Blues", zmin=0, zmax=0.3, showscale=False, xgap=1, ygap=2, name="share of the words",
+    )  # fmt: skip
+    ended = [(words[name], position) for (kind, name), position in at.items() if kind == "signal"]
+    ends = [row["bits"] - row["signed"] + 0.5 for row, _ in ended]
+    tick = {"symbol": "line-ns-open", "size": 8, "color": VERMILION, "line": {"width": 2}}
+    add_marks(chart, "end of the word", [row for row, _ in ended], ends, [y for _, y in ended], marker=tick)
+    return chart
 
 
 def stages(tables: Tables) -> go.Figure:

@@ -10,7 +10,8 @@ from tfra.study.errors.cascade import Step, View
 from tfra.study.errors.statistics import BEYOND, PERMILLES
 from tfra.study.frames.block import Part
 from tfra.study.report.labels import CLOSE, CLOSE_PERCENT, PARTS, QUANTITIES, STATISTICS, STEPS, Tables, cost_amount
-from tfra.study.search.evaluate import CHANGE, COSTS
+from tfra.study.search.costs import COSTS
+from tfra.study.search.evaluate import CHANGE
 from tfra.study.search.trials import COMPLETE
 
 HEADLINE = {"phi_deg": "", "force_difference_percent_of_true_force": " of F"}

@@ -11,15 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from tfra.families import FAMILIES, Family, Target
-from tfra.hdl.cores import microarchitecture
-from tfra.hdl.parallel.scaling import CHUNK, word_bits
-from tfra.hdl.serial.product import low_bits
-from tfra.hdl.serial.program.tfra.memory import sizes
+from tfra.families import Target
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Status
 from tfra.sim.compiled import quickest
@@ -27,15 +22,10 @@ from tfra.study.errors.cascade import differences
 from tfra.study.errors.statistics import BEYOND
 from tfra.study.frames.block import Block, Part
 from tfra.study.frames.frameset import FrameSet
+from tfra.study.search.costs import costs_of
 from tfra.study.search.search import Measured
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
-from tfra.synth.estimate import estimate, multipliers
-
-CYCLES = ("latency_cycles", "interval_cycles")
-ELABORATED = ("LUT", "FF", "BRAM")
-COSTS = ("coefficient_kbit", "DSP", *CYCLES, *ELABORATED)
-"""Costs of a core: bits of all coefficients, each counted once; from its choices, its timeline, and the estimate."""
 
 CHANGE = "total_change_percent"
 """Excess of the 95th percentile of the total error over that of float arithmetic, in the worst quantity."""
@@ -60,7 +50,7 @@ BLOCKS_IN_MEMORY = 64
 
 @dataclass(frozen=True)
 class Sample:
-    """A block's codes, its truth, and which frames count: those that float TFRA flags at no step.
+    """A block's codes, its truth, and which frames count: those that the float estimator flags at no step.
 
     It is the same for all designs that differ only in formats and lanes.  ``exact`` are magnitudes of the
     total errors of float arithmetic on the codes, by quantity, of the frames that count.
@@ -72,7 +62,7 @@ class Sample:
     exact: Mapping[str, Floats]
 
     @classmethod
-    def of(cls, design: TfraDesign, block: Block) -> "Sample":
+    def of(cls, design: Design, block: Block) -> "Sample":
         """The sample of ``block`` for the converter and the search of ``design``."""
         codes, in_float = convert(design, block.noisy), design.float_model
         result = in_float(codes * design.adc.lsb)
@@ -80,7 +70,7 @@ class Sample:
         counted = status & ~int(Status.INPUT_SATURATED) == 0
         return cls(codes, block, counted, _magnitudes(block, result, counted))
 
-    def errors(self, design: TfraDesign, words: Callable[[Ints], Ints]) -> dict[str, Floats]:
+    def errors(self, design: Design, words: Callable[[Ints], Ints]) -> dict[str, Floats]:
         """The same as ``exact``, of ``design``, whose model is ``words``."""
         return _magnitudes(self.block, decode(design, words(self.codes)), self.counted)
 
@@ -97,7 +87,7 @@ class Evaluation:
     ``limit`` percent.
     """
 
-    base: TfraDesign
+    base: Design
     frames: FrameSet
     costs: tuple[str, ...]
     target: Target
@@ -129,7 +119,7 @@ class Evaluation:
         """Number of blocks of the part."""
         return self.frames.definition.blocks(self.part)
 
-    def errors(self, design: TfraDesign, count: int) -> dict[str, float]:
+    def errors(self, design: Design, count: int) -> dict[str, float]:
         """``CHANGE``, and the 95th percentile of each error that counts, on the first blocks of the part."""
         samples = [self._sample(design, number) for number in range(count)]
         exact = self._percentiles([sample.exact for sample in samples])
@@ -144,18 +134,12 @@ class Evaluation:
     def _percentiles(self, blocks: Sequence[Mapping[str, Floats]]) -> dict[str, float]:
         return {name: percentile(np.concatenate([errors[name] for errors in blocks])) for name in self.quantities}
 
-    def _sample(self, design: TfraDesign, number: int) -> Sample:
+    def _sample(self, design: Design, number: int) -> Sample:
         return _sample(replace(self.base, search=design.search), self.frames, self.part, number)
 
-    def cost_values(self, design: TfraDesign) -> dict[str, float]:
+    def cost_values(self, design: Design) -> dict[str, float]:
         """The ``costs`` of a design."""
-        values = {"coefficient_kbit": coefficient_kbit(design), "DSP": float(dsp(design, self.target.family))}
-        if any(name in CYCLES for name in self.costs):
-            core = microarchitecture(design)
-            values |= {"latency_cycles": float(core.latency), "interval_cycles": float(core.initiation_interval)}
-        if any(name in ELABORATED for name in self.costs):
-            values |= {name: float(used) for name, used in estimate(design, self.target.family).total.items()}
-        return {name: values[name] for name in self.costs}
+        return costs_of(design, self.costs, self.target.family)
 
 
 def _change(exact: float, error: float) -> float:
@@ -181,55 +165,6 @@ def percentile(errors: Floats) -> float:
 
 
 @lru_cache(maxsize=BLOCKS_IN_MEMORY)
-def _sample(base: TfraDesign, frames: FrameSet, part: Part, number: int) -> Sample:
+def _sample(base: Design, frames: FrameSet, part: Part, number: int) -> Sample:
     """Made once in each process that measures, since the float steps take longer than a design's own."""
     return Sample.of(base, frames.block(part, number))
-
-
-# Costs of a design from its choices, without elaboration, for the thousands of designs of a study.
-
-
-def coefficient_kbit(design: Design) -> float:
-    """Coefficients of all operators, each stored once, in 1000 bits."""
-    return design.coefficient_bits / 1000
-
-
-def products(design: Design) -> list[tuple[int, int]]:
-    """Widths of the factors of every multiplier of the core."""
-    return _serial(design) if design.architecture.kind == "serial" else _parallel(design)
-
-
-def dsp(design: Design, family: Family) -> int:
-    """Multiplier cells that the core takes of ``family``, as :func:`tfra.synth.estimate.estimate` counts them.
-
-    Those of the lanes, which come first, are instances for some targets, however short the products are.
-    """
-    cell, cells = family.multiplier, FAMILIES[design.target].gateware if design.target in FAMILIES else {}
-    named = design.architecture.mac_lanes if "multiplier" in cells else 0
-    whole = cell and replace(cell, shortest=(0, 0), sign_bits=1)
-    widths = products(design)
-    return sum(multipliers(each, whole if place < named else cell) for place, each in enumerate(widths))
-
-
-def _parallel(design: Design) -> list[tuple[int, int]]:
-    bits, architecture = design.formats.bits, design.architecture
-    scalar = bits("scalar")
-    return [
-        *[(design.coefficient_word, design.operand_word)] * architecture.mac_lanes,
-        *[(bits("operand.combine"), scalar)] * architecture.vector_words,
-        (bits("sums"), bits("direction")),  # dependent
-        (scalar, scalar - 1),  # friction: |mu_ind| is at most one
-        (bits("sums"), scalar),  # resultant
-        *((chunk, scalar) for chunk in _chunks(word_bits(design))),  # scaling
-    ]
-
-
-def _chunks(bits: int) -> list[int]:
-    """Words of the partial products of a word of ``bits``; all but the last are unsigned."""
-    return [bits] if bits <= CHUNK + 1 else [CHUNK + 1, *_chunks(bits - CHUNK)]
-
-
-def _serial(design: Design) -> list[tuple[int, int]]:
-    size = sizes(design)
-    pairs = [(size.multiplicand, size.multiplier), *[(size.operand, size.coefficient)] * size.lanes]
-    return [(a - low_bits(a), b - low_bits(b)) for a, b in pairs]

@@ -16,13 +16,19 @@ import numpy.typing as npt
 import polars as pl
 
 from tfra.model.arrays import Floats, Ints
-from tfra.model.fixed.numbers import round_shift, saturate, significant_bits
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.numbers import bit_length, round_shift, saturate, significant_bits
+from tfra.model.fixed.widths import LONGEST
 
 Row = dict[str, Any]
 """Numbers by column."""
 
 Measures = Mapping[str, Mapping[str, Row]]
-"""Rows of ``ranges``, and of the errors against each of ``REFERENCES``, by signal; rows of ``flips`` by decision."""
+"""Rows of ``ranges``, of ``lengths``, and of the errors against each of ``REFERENCES``, by signal; rows of ``flips`` by
+decision."""
+
+Values = dict[str, npt.NDArray[Any]]
+"""Signals between stages in float64, by name; the first axis is the frame."""
 
 REFERENCES = ("codes", "inputs")
 """Float64 from the converter codes on, and float64 in the signal's stage alone."""
@@ -81,7 +87,7 @@ def filled(exact: Ints, axis: int | tuple[int, ...], bits: int) -> Observed:
 
 def total(parts: Iterable[Measures]) -> dict[str, dict[str, Row]]:
     """The measures of all frames from those of ``parts`` of them."""
-    measures: dict[str, dict[str, Row]] = {name: {} for name in ("ranges", *REFERENCES, "flips")}
+    measures: dict[str, dict[str, Row]] = {name: {} for name in ("ranges", "lengths", *REFERENCES, "flips")}
     for part in parts:
         for table, rows in part.items():
             own = measures[table]
@@ -102,6 +108,12 @@ def range_of(observed: Observed) -> Row:
     values = observed.values
     row = {"minimum": int(values.min()), "maximum": int(values.max()), "words": values.size}
     return row | {"rounded": observed.rounded, "saturated": observed.saturated}
+
+
+def lengths_of(words: Ints) -> Row:
+    """How many of ``words`` have so many bits beside the sign, by the number of bits as text."""
+    counts = np.bincount(bit_length(np.abs(words)).ravel(), minlength=LONGEST + 1)
+    return {str(bits): int(count) for bits, count in enumerate(counts)}
 
 
 def errors_of(exact: Floats, error: Floats) -> Row:
@@ -142,6 +154,26 @@ def range_table(catalogue: Mapping[str, Word], measures: Measures) -> pl.DataFra
             "saturated": row["saturated"],
         })  # fmt: skip
     return pl.DataFrame(rows)
+
+
+def length_table(design: Design, measures: Measures) -> pl.DataFrame:
+    """A row for each length that words of a ``kind``, ``signal`` or ``coefficient``, of a ``name`` have.
+
+    ``significant_bits`` beside the sign, and the ``share`` of the words that have so many.  Coefficients are those of
+    ``design``, as their own words.
+    """
+    lengths = [("signal", name, row) for name, row in measures["lengths"].items()]
+    for stack in design.stacks.values():
+        for op in stack.operators:
+            zeros = design.coefficient_word - design.formats.bits(f"coefficient.{op.name}")
+            lengths.append(("coefficient", op.name, lengths_of(op.rows >> zeros)))
+    rows = [
+        {"kind": kind, "name": name, "significant_bits": int(bits), "share": count / sum(row.values())}
+        for kind, name, row in lengths
+        for bits, count in row.items()
+        if count
+    ]
+    return pl.DataFrame(rows, schema={"kind": pl.String, "name": pl.String, "significant_bits": int, "share": float})
 
 
 def bits_needed(minimum: int, maximum: int, signed: bool) -> int:

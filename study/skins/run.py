@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tfra.families import DEFAULT
 from tfra.runtime.errors import InputError
+from tfra.study.errors.comparisons import converters, uniform
 from tfra.study.frames.frameset import FrameSet, blame
 from tfra.study.running import Running
-from tfra.study.skins.comparisons import converters, uniform
 from tfra.study.skins.page import render, summary
 from tfra.study.skins.studyfile import SkinStudy
 from tfra.study.skins.tasks import Contacts, SkinComparison
@@ -25,7 +26,8 @@ class SkinRun(Running):
         if not self.tables["errors"]["count"].sum():
             raise InputError(self.study.path, "frames", "no step finds a contact that is there: no errors can be told")
         if document.uniform:
-            self._run_task(SkinComparison("uniform", frames, uniform(skin.window, document.uniform.bits), skin=skin))
+            varied = uniform(skin.window, document.uniform.bits, DEFAULT)
+            self._run_task(SkinComparison("uniform", frames, varied, skin=skin))
         if given := document.converter:
             varied = converters(skin.window, given.bits, given.noise_share_of_peak)
             self._run_task(SkinComparison("converter", frames, varied, skin=skin))

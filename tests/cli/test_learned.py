@@ -4,11 +4,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.cli.test_cli import CONFIG, refusal
 from tests.cli.test_live import live, values
+from tests.model.fixed.learned.cases import learned_design
 from tests.model.learned.random_weights import random_weights
+from tests.study.definitions import ONE_MIXTURE
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import Trained, read_weights, write_weights
@@ -82,10 +85,21 @@ def test_such_a_core_is_shown_live() -> None:
         np.testing.assert_allclose(values(found, "f_x"), held["resultant"][:, 0], rtol=1e-6)
 
 
-def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
-    Path("study.toml").write_text('config = "skin.toml"\n[frames]\ntrain = 10\nheld_out = 10\n')
-    assert refusal(capfd, "study", "study.toml", "--out", "out").endswith(
-        "config: a design of the TFRA estimator is needed"
+def test_a_study_of_it_beside_tfra(capfd: pytest.CaptureFixture[str]) -> None:
+    """The designs that it finds are CONFIG files that load, with the weights beside them."""
+    write_weights("lab/w.npz", Trained(SENSOR, learned_design(5, 6).weights, 100.0))
+    Path("tfra.toml").write_text(CONFIG)
+    sections = "[frames]\ntrain = 250\nheld_out = 250\n" + ONE_MIXTURE + "[search]\ngenerations = 1\nsize = 4\n"
+    sections += "baseline = false\ngive_up_percent = 1000\n[search.space]\nforce_fraction = [4, 6]\n"
+    Path("study.toml").write_text('config = "skin.toml"\nbeside = ["tfra.toml"]\n' + sections)
+    assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 0
+    assert set(pl.read_parquet("out/tables/estimators.parquet")["design"]) == {"skin", "tfra"}
+    (found, *_) = Path("out/designs").glob("*.toml")
+    assert load(found).design.estimator == "learned"
+    assert "Estimators side by side" in Path("out/index.html").read_text()
+    Path("tfra.toml").write_text(CONFIG.replace("pitch_x_mm = 4", "pitch_x_mm = 5"))
+    assert refusal(capfd, "study", "study.toml", "--out", "out") == (
+        "study.toml: beside#1: tfra.toml is of another sensor than skin.toml"
     )
 
 

@@ -14,12 +14,12 @@ from tfra.study.designs import Described, Named
 from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Variation
 from tfra.study.frames.frameset import Definition, FrameSet
-from tfra.study.search import evaluate
+from tfra.study.search import costs
 from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.search import Search, trial_table
 from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
-from tfra.study.tasks import Comparison, Errors, Signals
+from tfra.study.tasks import Comparison, Errors, Estimators, Signals
 
 FORCE = "force_difference_percent_of_true_force"
 COSTS = ("coefficient_kbit", "latency_cycles")
@@ -35,7 +35,8 @@ def make(design: TfraDesign, definition: Definition, folder: Path) -> dict[str, 
     frames = complete(folder / "frames", definition)
     comparisons = [Comparison(name, frames, some) for name, some in variations(design).items()]
     tables: dict[str, pl.DataFrame] = {}
-    for task in (Errors(design, frames), Signals(design, frames), *comparisons):
+    beside = Estimators((("one", design), ("other", replace(design, search=replace(design.search, steps=10)))), frames)
+    for task in (Errors(design, frames), Signals(design, frames), beside, *comparisons):
         tables |= tables_of(task)
     for name, sampler in (("trials", "nsga2"), ("baseline", "random")):
         search = Search(SPACE, (CHANGE, *COSTS), generations=2, size=4, seed=1, sampler=sampler)
@@ -75,7 +76,7 @@ def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
     )
     quick = SimpleNamespace(total={"LUT": 20_000, "FF": 15_000, "BRAM": 51})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluate, "estimate", lambda design, family: quick)
+        patch.setattr(costs, "estimate", lambda design, family: quick)
         table = tables_of(Described((None, *named), evaluation(design, frames)))["designs"]
     placed = pl.when(pl.col("name").is_in(["base", "mixed"]))
     columns = {f"placed_{name}": placed.then(1.2 * pl.col(name)) for name in ("LUT", "FF", "DSP", "BRAM")}

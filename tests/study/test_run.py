@@ -25,7 +25,7 @@ from tfra.codegen.config.read import load
 from tfra.hdl.cores import microarchitecture
 from tfra.runtime.errors import InputError
 from tfra.study.run import run
-from tfra.study.search import evaluate
+from tfra.study.search import costs
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
 from tfra.study.workers import ONE_THREAD, cluster
@@ -85,7 +85,7 @@ def report(place: Path) -> Path:
     """The report by this process alone, which knows resources without elaborating cores."""
     quick = SimpleNamespace(total={"LUT": 20_000, "FF": 15_000, "BRAM": 50})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluate, "estimate", lambda design, family: quick)
+        patch.setattr(costs, "estimate", lambda design, family: quick)
         alone(place, "out", "work")
     return place / "out"
 
@@ -116,7 +116,7 @@ def content(report: Path) -> dict[str, str]:
 
 def test_everything_is_there(report: Path) -> None:
     names = {"errors", "flagged", "flips", "stages", "decisions", "ranges", "uniform", "converter", "sensitivity"}
-    names |= {"variants", "uniform_trials", "trials", "baseline", "designs"}
+    names |= {"lengths", "variants", "uniform_trials", "trials", "baseline", "designs"}
     assert {path.stem for path in (report / "tables").iterdir()} == names
     assert "Still to come" not in (report / "index.html").read_text()
     times = (report / "times.html").read_text()

@@ -82,7 +82,7 @@ def test_a_space_may_be_written_in_three_ways(read: Any) -> None:
         (GOOD + "[verify]", "study.toml: verify: needs a section [search], whose designs are placed"),
         (SEARCH + "size = 1", "study.toml: search.size: 2 or more is needed, got 1"),
         (SEARCH + 'target = "ecp6"', "study.toml: search.target: "),
-        (SEARCH + 'costs = ["LUTs"]', "study.toml: search.costs: one of coefficient_kbit, DSP, "),
+        (SEARCH + 'costs = ["LUTs"]', "study.toml: search.costs: one of coefficient_kbit, multiplier_kbit, DSP, "),
         (SEARCH + 'errors = ["mu", "mu"]', "study.toml: search.errors: one of them is there twice"),
         (SEARCH + "[search.space]\nscalar = []", "study.toml: search.space.scalar: options in rising order are needed"),
         (SEARCH + "[search.space]\nscalar = {from = 9, to = 8}", "study.toml: search.space.scalar: from 9 to 8 is no"),

@@ -7,7 +7,7 @@ from typing import Any
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.design import Design, signals_of
 from tfra.model.fixed.learned.bounds import make_widths
-from tfra.model.fixed.learned.operators import OPERATORS, make_stacks, names
+from tfra.model.fixed.learned.operators import OF_FORCES, OPERATORS, make_stacks, names
 from tfra.model.fixed.learned.pipeline import FixedLearned
 from tfra.model.fixed.learned.resultant import THRESHOLD_FRACTION, threshold_word
 from tfra.model.fixed.widths import Widths
@@ -15,6 +15,9 @@ from tfra.model.learned.network import Learned, Weights
 from tfra.model.tfra import Status
 
 SIGNALS = signals_of(OPERATORS)
+
+_UNUSED = ("direction", "sums")
+_SIGNALS_OF_FORCES = (*(f"coefficient.{name}" for name in OF_FORCES), "operand.field", "operand.combine")
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,11 @@ class LearnedDesign(Design):
     @property
     def products(self) -> tuple[str, ...]:
         return tuple(names(self.taxel_forces))
+
+    @property
+    def used_signals(self) -> tuple[str, ...]:
+        unused = {*_UNUSED, *(() if self.taxel_forces else _SIGNALS_OF_FORCES)}
+        return tuple(signal for signal in self.signals if signal not in unused)
 
     @property
     def result_fields(self) -> tuple[str, ...]:
@@ -86,4 +94,8 @@ class LearnedDesign(Design):
     @property
     def float_model(self) -> Learned:
         """The estimator in double precision; it has forces at the taxels in any case."""
-        return Learned(self.sensor, self.weights, self.threshold, self.adc.threshold * self.adc.lsb)
+        return Learned(self.sensor, *self.float_settings)
+
+    @property
+    def float_settings(self) -> tuple[Weights, float, float]:
+        return self.weights, self.threshold, self.adc.threshold * self.adc.lsb

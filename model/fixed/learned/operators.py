@@ -20,6 +20,7 @@ from tfra.model.fixed.butterfly import EE, HADAMARD, OX, OY
 from tfra.model.fixed.coefficients import Folding, Operator, Stack, nearest_rows, quantise_rows, stacked
 from tfra.model.learned.field import influence
 from tfra.model.learned.network import MIRRORS, NAMES, Folded, Weights, fold
+from tfra.model.sensor import SensorArray
 
 OPERATORS = {
     "first": ("first", "direct", "inverse"),
@@ -50,16 +51,26 @@ def names(taxel_forces: bool) -> dict[str, tuple[str, ...]]:
 
 def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[str, Stack]:
     """Every stack by its name, in the order of ``OPERATORS``."""
-    rows = balanced_rows(fold(choices, weights))
-    quantised = [_operator(choices, name, each) for name, each in zip(NAMES, rows, strict=True)]
+    quantised = [_operator(choices, name, each) for name, each in network_rows(choices, weights).items()]
     if taxel_forces:
-        g, folding = influence(choices.sensor), Folding(choices)
-        quantised += [
-            folding.matrix("inverse", -g.inverse / choices.sensor.taxel_area / MIRRORS),
-            folding.matrix("shear_x", g.inverse @ g.x / MIRRORS, OX),
-            folding.matrix("shear_y", g.inverse @ g.y / MIRRORS, OY),
-        ]
+        folding = Folding(choices)
+        quantised += [folding.matrix(name, *each) for name, each in field_matrices(choices.sensor).items()]
     return stacked(choices, quantised, names(taxel_forces))
+
+
+def network_rows(choices: Choices, weights: Weights) -> dict[str, Floats]:
+    """The network's operators by name, as :func:`balanced_rows`."""
+    return dict(zip(NAMES, balanced_rows(fold(choices, weights)), strict=True))
+
+
+def field_matrices(sensor: SensorArray) -> dict[str, tuple[Floats, int]]:
+    """The operators ``OF_FORCES`` by name: matrices ``(m, m)``, and the parity that each flips."""
+    g = influence(sensor)
+    return {
+        "inverse": (-g.inverse / sensor.taxel_area / MIRRORS, EE),
+        "shear_x": (g.inverse @ g.x / MIRRORS, OX),
+        "shear_y": (g.inverse @ g.y / MIRRORS, OY),
+    }
 
 
 def balanced_rows(folded: Folded[Floats]) -> Folded[Floats]:

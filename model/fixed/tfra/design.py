@@ -1,5 +1,6 @@
 """A design that TFRA computes."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -58,3 +59,8 @@ class TfraDesign(Design):
     @property
     def float_model(self) -> Tfra:
         return Tfra.of(self)
+
+    @property
+    def float_settings(self) -> tuple[Hashable, ...]:
+        lsb = self.adc.lsb
+        return self.search.steps, self.search.tolerance * lsb, self.adc.threshold * lsb

@@ -6,18 +6,14 @@ takes over the model's decisions, so it differs from the words by arithmetic alo
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import Trace
-
-Values = dict[str, npt.NDArray[Any]]
-"""Signals between stages, by name; the first axis is the frame."""
+from tfra.study.signals.measures import Values
 
 
 @dataclass(frozen=True)

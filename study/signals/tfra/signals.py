@@ -1,11 +1,8 @@
 """Signals between the stages of the bit-accurate model: integers by name, and the weights of their LSBs."""
 
-from dataclasses import fields, is_dataclass, replace
-from typing import Any
-
 import numpy as np
 
-from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.arrays import Floats, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.dependent import gather_sums
 from tfra.model.fixed.tfra.pipeline import Stage, Trace
@@ -25,6 +22,11 @@ _STAGES = {
     Stage.ANGLE: ("phi",),
     Stage.SCALING: ("resultant", "forces"),
 }
+
+FOLDED = (
+    "c33_inv", "n", "c33", "c31", "c32", "e0", "e1", "normal0", "normal1", "d", "pinv1", "pinv2", "pinv3",
+)  # fmt: skip
+"""Folded vectors over the array."""
 
 
 def stage_of(signal: str) -> Stage:
@@ -81,10 +83,3 @@ def last_bits(design: Design, trace: Trace) -> dict[str, Floats]:
         "f_star": 2.0 ** -total.exponent[:, None],
         "gain": 2.0**-shift,
     }
-
-
-def only(node: Any, keep: Bools) -> Any:
-    """The frames ``keep`` of ``node``, a dataclass or a tuple of arrays with the frame first."""
-    if is_dataclass(node) and not isinstance(node, type):
-        return replace(node, **{f.name: only(getattr(node, f.name), keep) for f in fields(node)})
-    return tuple(only(part, keep) for part in node) if isinstance(node, tuple) else node[keep]

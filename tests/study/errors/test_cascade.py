@@ -24,7 +24,7 @@ def block() -> Block:
 
 @pytest.fixture(scope="module")
 def scores(block: Block) -> pl.DataFrame:
-    return Cascade(SENSOR, block)(design())
+    return Cascade(block)(design())
 
 
 def column(scores: pl.DataFrame, quantity: str, step: Step, view: View = View.TOTAL) -> np.ndarray:
@@ -97,12 +97,12 @@ def test_own_shares_of_signed_quantities_add_up(scores):
 
 def test_a_corrupted_result_is_seen_in_its_step_and_what_follows(block, scores):
     moved = replace(block, noisy=block.noisy * np.float32(1.01))
-    changed = Cascade(SENSOR, moved)(design())
+    changed = Cascade(moved)(design())
     for step, alike in ((Step.METHOD, True), (Step.NOISE, False), (Step.CONVERTER, False)):
         one, other = (column(table, "force_z_n", step) for table in (scores, changed))
         assert np.array_equal(one, other) is alike
     truth = block.truth.with_columns(force_z_n=pl.col("force_z_n") - 1)
-    shifted = Cascade(SENSOR, replace(block, truth=truth))(design())
+    shifted = Cascade(replace(block, truth=truth))(design())
     np.testing.assert_allclose(
         column(shifted, "force_z_n", Step.NOISE), column(scores, "force_z_n", Step.NOISE) + 1, rtol=1e-5
     )
@@ -114,7 +114,7 @@ def test_a_corrupted_result_is_seen_in_its_step_and_what_follows(block, scores):
 def test_decisions_are_those_behind_the_result():
     """The independent friction lies on the grid: k/K, or (k - K)/K on the negative side."""
     block = definition(train=500).make(Part.TRAIN, 0)
-    scores = Cascade(SENSOR, block)(design())
+    scores = Cascade(block)(design())
     for step, found in estimates(block).items():
         decided = {key: scores[decision_column(key, step)].to_numpy() for key in ("sweep_y", "negative", "quadrant")}
         assert scores[decision_column("sweep_index", step)].to_list() == found.sweep_index.tolist()
@@ -130,7 +130,7 @@ def test_decisions_are_those_behind_the_result():
 def test_quadrants_begin_on_the_axes(block, axis):
     """A frame that is its own mirror image has its force along an axis: 0, 90, 180 or 270 degrees, exactly."""
     alike = block.noisy / 2 + np.flip(block.noisy, axis) / 2
-    scores = Cascade(SENSOR, replace(block, noisy=alike))(design())
+    scores = Cascade(replace(block, noisy=alike))(design())
     core = design()
     found = decode(core, core.model(convert(core, alike)).words)
     swept = (found.status & ~Status.INPUT_SATURATED) == 0
@@ -151,7 +151,7 @@ def test_unknown_truth_is_unknown_and_the_rest_is_not(block, scores):
     blind = Block(
         0, block.stress, block.noisy, block.shares * np.nan, block.truth.with_columns(pl.col("mu") * math.nan)
     )
-    found = Cascade(SENSOR, blind)(design())
+    found = Cascade(blind)(design())
     for step in Step:
         assert np.isnan(column(found, "mu", step)).all()
         assert np.isnan(column(found, "taxel_forces_percent_of_true_taxel_forces", step, View.OWN)).all()
@@ -170,6 +170,6 @@ def test_percent_of_nothing_is_undefined():
 
 
 def test_a_block_of_one_frame(block, scores):
-    one = Cascade(SENSOR, head(block, 1))(design())
+    one = Cascade(head(block, 1))(design())
     for name in one.columns:
         assert one[name][0] == pytest.approx(scores[name][0], rel=1e-4, abs=1e-5, nan_ok=True), name

@@ -5,14 +5,17 @@ from dataclasses import replace
 import pytest
 
 from tests.model.cases import make_design
+from tests.model.fixed.learned.cases import learned_design
 from tfra.families import DEFAULT, find
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import SENSORS
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
 from tfra.study.errors.comparisons import FRACTIONS, behind, converters, sensitivity, uniform, variants
-from tfra.study.search.evaluate import coefficient_kbit, dsp, products
+from tfra.study.search.costs import coefficient_kbit, dsp, multiplier_kbit, products
+from tfra.study.search.space import Space
 from tfra.synth.estimate import estimate
 
 BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
@@ -94,6 +97,25 @@ def test_costs_by_hand() -> None:
     assert products(design)[:12] == [(18, 18)] * 12
     assert dsp(design, DEFAULT) == 8 + 4 + 3 + -(-(word - 1) // 17)
     assert coefficient_kbit(design) == design.coefficient_bits / 1000
+    assert multiplier_kbit(design) == design.multiplications * 18 * 18 / 1000
+
+
+def test_products_of_a_short_layer_cost_less() -> None:
+    design = learned_design()
+    shorter = Space.design(design, {"coefficient.first": 10, "operand.second": 12})
+    first, second = (sum(op.rows.size for op in design.stacks[name].operators) for name in ("first", "second"))
+    of_first = design.stacks["first"].operators[0].rows.size
+    saved = of_first * 8 * 18 + second * 18 * 6
+    assert first > of_first
+    assert multiplier_kbit(design) - multiplier_kbit(shorter) == pytest.approx(saved / 1000)
+
+
+def test_an_estimator_that_sweeps_nothing_has_no_variants_of_a_sweep() -> None:
+    found = variants(learned_design(), (10, 500), (0.0, 0.3))
+    assert [each.facts["variant"] for each in found] == ["rounding"] * len(Rounding)
+    signals = {each.facts["signal"] for each in sensitivity(learned_design(taxel_forces=False), DEFAULT, (1,))}
+    assert signals.isdisjoint({"coefficient.inverse", "operand.field", "operand.combine", "sums", "direction"})
+    assert signals >= {"coefficient.first", "operand.second", "scalar", "vector_fraction"}
 
 
 @pytest.mark.long
@@ -105,8 +127,11 @@ def test_costs_by_hand() -> None:
         (TfraDesign(BASE.sensor, formats=replace(BASE.formats, coefficient=20, operand=20), target="ecp5"), "ecp5-45"),
         (TfraDesign(BASE.sensor, formats=replace(BASE.formats, coefficient=20, operand=20)), "ecp5-45"),
         (TfraDesign(BASE.sensor, architecture=SERIAL, target="ice40"), "ice40up5k"),
+        (learned_design(target="ecp5"), "ecp5-45"),
+        (learned_design(taxel_forces=False), "ecp5-45"),
+        (learned_design(architecture=SERIAL, target="ice40"), "ice40up5k"),
     ],
 )
-def test_multipliers_are_those_of_the_estimate(design: TfraDesign, target: str) -> None:
+def test_multipliers_are_those_of_the_estimate(design: Design, target: str) -> None:
     family = find(target).family
     assert dsp(design, family) == estimate(design, family).total["DSP"]

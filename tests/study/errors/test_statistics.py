@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.study.definitions import SENSOR, definition, design
+from tests.study.definitions import definition, design
 from tfra.model.tfra import OF_CORES, Status
 from tfra.study.errors.cascade import DECISIONS, SIGNED, Cascade, Step, View, decision_column, error_column
 from tfra.study.errors.statistics import errors, flagged, flips, unflagged
@@ -165,7 +165,7 @@ def test_no_frames_have_no_rate():
 
 def test_tables_of_a_cascade_are_whole():
     """Real rows: the method is what errs most."""
-    scores = Cascade(SENSOR, definition(train=600).make(Part.TRAIN, 0))(design())
+    scores = Cascade(definition(train=600).make(Part.TRAIN, 0))(design())
     table = errors(scores)
     assert table.schema == errors(made_up(1)).schema
     size = {step: row(table, quantity="force_difference_percent_of_true_force", step=step, view="own") for step in Step}

@@ -123,7 +123,7 @@ def test_noise_takes_the_place_of_the_frames_own(frames):
     block = frames.block(Part.TRAIN, 1)
     offset = np.abs(block.stress).max(axis=(1, 2)) * block.truth["offset_share_of_peak"].to_numpy()
     noisy = (block.stress + offset[:, None, None]).astype(np.float32)
-    assert none.equals(Cascade(SENSOR, replace(block, noisy=noisy))(design()))
+    assert none.equals(Cascade(replace(block, noisy=noisy))(design()))
 
 
 def test_noise_on_a_recording(tmp_path: Path):

@@ -18,7 +18,8 @@ from tfra.study.errors.statistics import unflagged
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.search import evaluate
-from tfra.study.search.evaluate import CHANGE, COSTS, CYCLES, Evaluation, TooFewError, percentile
+from tfra.study.search.costs import COSTS, CYCLES
+from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError, percentile
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
 
@@ -40,7 +41,7 @@ def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
     point = {"coefficient": 6, "mac_lanes": 4}
     core, errors, exact = Space.design(BASE, point), [], []
     for block in frames.blocks(Part.TRAIN):
-        codes, counts = convert(core, block.noisy), unflagged(Cascade(BASE.sensor, block)(BASE)).to_numpy()
+        codes, counts = convert(core, block.noisy), unflagged(Cascade(block)(BASE)).to_numpy()
         results = decode(core, core.model(codes).words), Tfra.of(core)(codes * core.adc.lsb)
         for found, into in zip(results, (errors, exact), strict=True):
             difference = np.linalg.norm(found.resultant - block.resultant, axis=1)

@@ -7,7 +7,7 @@ import pytest
 from tests.model.cases import make_design
 from tfra.model.choices import FORMATS, Search
 from tfra.model.cover.scenes import SENSORS
-from tfra.study.search.space import NAMES, Space
+from tfra.study.search.space import Space, names
 
 BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
 
@@ -28,7 +28,7 @@ def test_a_signal_of_the_base_stays() -> None:
     assert dict(design.formats.signals) == {"sums": 20, "operand.force": 14}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", names(BASE))
 def test_every_name_is_a_choice(name: str) -> None:
     values = {"mac_lanes": 8, "vector_words": 2, "vector_fraction": 8, "force_fraction": 3}
     values |= {"cordic": 26, "division": 27}
@@ -49,7 +49,7 @@ def test_every_name_is_a_choice(name: str) -> None:
 )
 def test_spaces_that_are_none(options: dict[str, tuple[int, ...]], line: str) -> None:
     with pytest.raises(ValueError, match=f"^{line}$"):
-        Space(options)
+        Space(options).require_of(BASE)
 
 
 @pytest.mark.parametrize(

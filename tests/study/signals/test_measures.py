@@ -17,6 +17,7 @@ from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.model.tfra import Status, Tfra
 from tfra.study.report import signal_charts
+from tfra.study.signals.instrument import only
 from tfra.study.signals.measures import (
     Observed,
     bits_needed,
@@ -28,10 +29,10 @@ from tfra.study.signals.measures import (
     total,
 )
 from tfra.study.signals.tfra import observation
-from tfra.study.signals.tfra.instrument import Instrument
+from tfra.study.signals.tfra.instrument import TfraInstrument
 from tfra.study.signals.tfra.observation import catalogue, observe
 from tfra.study.signals.tfra.reference import Decisions, Reference
-from tfra.study.signals.tfra.signals import only, stage_of
+from tfra.study.signals.tfra.signals import stage_of
 
 NAMES = ("10×10, 4×2 mm, h 3 mm", "5×7, 3×3 mm, h 2 mm")
 DESIGNS = {name: make_design(SENSORS[name]) for name in NAMES}
@@ -48,11 +49,11 @@ EXACT_ALONE = EXACT | {"p", "q", "b_z", "b_xy"}
 
 def ranges(design, blocks):
     traces = (trace for block in blocks for trace in FixedTfra(design).traces(block))
-    return range_table(catalogue(design), total(map(Instrument(design).ranges, traces)))
+    return range_table(catalogue(design), total(map(TfraInstrument(design).ranges, traces)))
 
 
 def measures(design, blocks):
-    return total(map(Instrument(design).measure, blocks))
+    return total(map(TfraInstrument(design).measure, blocks))
 
 
 def stages(design, codes):
