@@ -1,6 +1,7 @@
 """Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.config.schema`.
 
-examples/study_hertz.toml explains every key; ``recording = "frames.npz"`` takes the place of the mixture.
+examples/study_hertz.toml explains every key, study_fingers.toml those of a skin; ``recording = "frames.npz"`` takes the
+place of the mixture.
 """
 
 from typing import Annotated
