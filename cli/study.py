@@ -40,6 +40,8 @@ def study(
 ) -> None:
     """Split the error into method, converter and word lengths, and search for word lengths that are enough.
 
+    Of a skin, whose CONFIG has a section window, also contacts that are missed; word lengths are those of the window.
+
     Writes index.html, tables in Parquet and the designs found. OUT.work/partial.html has the results while it runs.
     """
     require("tfra study", "study", *_EXTRAS, *(["distributed"] if scheduler else []))

@@ -1,9 +1,7 @@
 """A study from its file to its report: tasks one after the other, each in pieces that workers compute."""
 
 import math
-import resource
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,41 +11,31 @@ import polars as pl
 
 from tfra.codegen.config.write import config_text
 from tfra.families import DEFAULT
-from tfra.report.html import page, paragraph
-from tfra.report.table import Table
 from tfra.runtime.digest import digest
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
-from tfra.runtime.store import Store, put, work_folder
+from tfra.runtime.store import work_folder
 from tfra.study.designs import Described, Named, Placed, Synthesised, Uniform, Verified, cheapest, front
 from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Variation
-from tfra.study.frames.block import parquet
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.report.page import render
 from tfra.study.report.summary import summary
+from tfra.study.running import Reporter, Running, times_page
 from tfra.study.schema import SearchSection, StudyDocument, UniformSection
 from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError
 from tfra.study.search.search import EmptySpaceError, Search, trial_table
 from tfra.study.search.space import Space
 from tfra.study.search.trials import StoreError, Trial, Trials, public, sqlite
+from tfra.study.skins.run import SkinRun
+from tfra.study.skins.studyfile import SkinStudy
 from tfra.study.studyfile import StudyFile
-from tfra.study.tasks import Comparison, Errors, Estimators, Signals, Task
+from tfra.study.tasks import Comparison, Errors, Estimators, Signals
 from tfra.study.workers import Workers, fingerprint
-
-PARTIAL = "partial.html"
-"""The results so far, in the working folder."""
-
-PAGE_EVERY = 15.0
-"""Seconds between two partial pages: one takes a few."""
-
-Reporter = Callable[[str, str, int, int], AbstractContextManager[Callable[[], None]]]
-"""Function of a task's name and unit, the number of its jobs, and of those finished; returns the callback for each
-finished job."""
 
 
 def run(
-    study: StudyFile,
+    study: StudyFile | SkinStudy,
     out: Path,
     folder: Path,
     workers: AbstractContextManager[Workers],
@@ -62,30 +50,28 @@ def run(
     """
     with output_directory(out, "study", [*study.inputs, folder / "study.json"]) as fresh:
         with workers as pool, work_folder(folder, "study", fingerprint()):
-            result = Run(study, folder, pool, reporter, trials or sqlite(folder / "trials.sqlite"))
+            result: Running
+            if isinstance(study, SkinStudy):
+                result = SkinRun(study, folder, pool, reporter)
+            else:
+                result = Run(study, folder, pool, reporter, trials=trials or sqlite(folder / "trials.sqlite"))
             result.run_tasks()
         result.write(fresh)
         (fresh / "times.html").write_text(times_page(result.times, worker_text), encoding="utf-8")
     designs = result.tables["designs"].rows(named=True) if "designs" in result.tables else []
-    return {"answer": "\n".join(summary(result.tables, study.design)).replace("`", ""), "designs": designs}
+    return {"answer": "\n".join(result.answer()).replace("`", ""), "designs": designs}
 
 
 @dataclass
-class Run:
-    """Results of a study so far: ``tables`` by name, the ``designs`` of the search, and the ``times`` of tasks.
+class Run(Running):
+    """A study of one array.
 
-    Frames, finished pieces and trials are stored in ``folder`` at once.
+    ``designs`` are those of the search, whose trials are stored in the table at the URL ``trials`` at once.
     """
 
     study: StudyFile
-    folder: Path
-    workers: Workers
-    reporter: Reporter
-    trials: str
-    tables: dict[str, pl.DataFrame] = field(default_factory=dict)
+    trials: str = ""
     designs: list[Named] = field(default_factory=list)
-    times: list[tuple[str, str, int, float, float | None]] = field(default_factory=list)
-    last_page: float = field(default_factory=time.perf_counter)
 
     def run_tasks(self) -> None:
         """Run all tasks of the file."""
@@ -100,12 +86,15 @@ class Run:
         if section := self.study.document.search:
             self._search(section, frames)
 
+    def answer(self) -> list[str]:
+        """Conclusions."""
+        return summary(self.tables, self.study.design)
+
     def write(self, out: Path) -> None:
         """Write the page, the tables and the designs of the search into the folder ``out``."""
-        for folder in ("tables", *(["designs"] if self.designs else [])):  # an empty one would have no seal
-            (out / folder).mkdir()
-        for name, table in self.tables.items():
-            (out / "tables" / f"{name}.parquet").write_bytes(parquet(table))
+        super().write(out)
+        if self.designs:  # an empty folder would have no seal
+            (out / "designs").mkdir()
         weights = self.study.weights
         for each in self.designs:
             comment = f"Design `{each.name}` of the study {self.study.path.name}."
@@ -113,20 +102,13 @@ class Run:
             (out / "designs" / f"{each.name}.toml").write_text(text)
         if weights and self.designs:
             (out / "designs" / weights.name).write_bytes(weights.read_bytes())
-        (out / "index.html").write_text(self._page(), encoding="utf-8")
 
     def _page(self, pending: Sequence[str] = ()) -> str:
         design = self.study.design
         return render(self.tables, design, f"Word lengths and errors of {design.name}", pending)
 
-    def _make_frames(self) -> FrameSet:
-        definition = self.study.definition
-        frames = FrameSet.create(self.folder / f"frames-{definition.hash[:16]}", definition)
-        missing, count = frames.missing(), len(definition.all_blocks())
-        with self._progress("frames", "blocks", count, count - len(missing)) as advance:
-            for _ in self.workers(frames.write, missing):
-                advance()
-        return frames
+    def _table_names(self) -> list[str]:
+        return _table_names(self.study.document)
 
     def _require_errors(self) -> None:
         """Raise if all frames of a part are left out, because no design could be judged."""
@@ -208,31 +190,6 @@ class Run:
         self._add({name: trial_table(trials, search, evaluation.quantities)})
         return trials
 
-    def _run_task(self, task: Task) -> None:
-        """Run the missing jobs of a task, and add its tables."""
-        key = digest(fingerprint(), repr(task))
-        pieces, jobs = Store(self.folder / "pieces" / f"{task.name}-{key}", key), task.jobs
-        pieces.create()
-        finished = pieces.names()
-        missing = [number for number in range(len(jobs)) if _piece_name(number) not in finished]
-        with (
-            self._as_input_error(),
-            self._progress(task.name, task.unit, len(jobs), len(jobs) - len(missing)) as advance,
-        ):
-            for position, data in self.workers(task, [jobs[number] for number in missing]):
-                pieces.put(_piece_name(missing[position]), data)
-                advance()
-            tables = task.tables(lambda number: pieces.get(_piece_name(number)))
-        self._add(tables)
-
-    def _add(self, tables: Mapping[str, pl.DataFrame]) -> None:
-        """Add tables, and write the page of all tables so far."""
-        self.tables |= tables
-        pending = [name for name in _table_names(self.study.document) if name not in self.tables]
-        if pending and time.perf_counter() - self.last_page > PAGE_EVERY:
-            put(self.folder, PARTIAL, self._page(pending).encode())
-            self.last_page = time.perf_counter()
-
     @contextmanager
     def _as_input_error(self) -> Iterator[None]:
         """Turn errors of frames, space or the table of trials into ``InputError``."""
@@ -244,30 +201,6 @@ class Run:
             raise InputError(self.study.path, "search.space", str(error)) from None
         except StoreError as error:
             raise InputError(public(self.trials), "", str(error)) from None
-
-    @contextmanager
-    def _progress(self, name: str, unit: str, jobs: int, finished: int) -> Iterator[Callable[[], None]]:
-        """Report a task, and measure its time; yields the callback for each finished job."""
-        start = time.perf_counter()
-        unit = unit.removesuffix("s") if jobs == 1 else unit
-        with self.reporter(name, unit, jobs, finished) as advance:
-            yield advance
-        seconds, done = time.perf_counter() - start, jobs - finished
-        rate = round(done / seconds, 2) if done else None
-        self.times.append((name, f"{jobs:,} {unit}", finished, round(seconds, 1), rate))
-
-
-def times_page(times: Sequence[tuple[str, str, int, float, float | None]], workers: str) -> str:
-    """How long the tasks took, on a page of its own, because the rest of a report is the same in every run."""
-    header = ("task", "jobs", "finished before", "time / s", "jobs a second")
-    kilobytes = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    total = sum(seconds for *_, seconds, _ in times)
-    words = f"Done by {workers}: {total:,.1f} s in all. Memory of the largest process: {kilobytes / 1024:,.0f} MB."
-    return page("Times of the study", [paragraph(words), Table("Times", header, times).html()], [])
-
-
-def _piece_name(number: int) -> str:
-    return f"{number:06d}"
 
 
 def _table_names(document: StudyDocument) -> list[str]:

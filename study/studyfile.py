@@ -21,6 +21,7 @@ from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.costs import COSTS
 from tfra.study.search.evaluate import LEAST
 from tfra.study.search.space import Space
+from tfra.study.skins.studyfile import SkinStudy
 
 MOST_OPTIONS = 4096
 """Of one name of a space."""
@@ -58,7 +59,7 @@ class StudyFile:
         return self.project.path.parent / self.project.weights if self.project.weights else None
 
 
-def load_study(path: Path) -> StudyFile:
+def load_study(path: Path) -> StudyFile | SkinStudy:
     """Read and check the STUDY file at ``path``, and the CONFIG file that it names.
 
     Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with them.
@@ -68,10 +69,11 @@ def load_study(path: Path) -> StudyFile:
     except ValidationError as error:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
-    project.require_array("tfra study")
     design = project.design
     with blame(project.path, ""):
         microarchitecture(design).check()
+    if project.skin:
+        return SkinStudy.of(path, document, project, project.skin)
     beside = tuple(_beside(path, document, design.sensor))
     definition = Definition.of(path, design.sensor, project.layer, document.frames, design.adc, project.input)
     _require_frames(path, document)

@@ -5,7 +5,7 @@ the time.
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -142,6 +142,10 @@ class Estimators:
         return {self.name: pl.DataFrame(table_rows, infer_schema_length=None)}
 
 
+Scoring = Callable[..., pl.DataFrame]
+"""A cascade on a block: of a design, the steps compared and the noise, as a variation has them."""
+
+
 class Job(NamedTuple):
     """Variations from ``first`` to before ``stop`` on a block."""
 
@@ -176,7 +180,7 @@ class Comparison:
 
     def __call__(self, job: Job) -> bytes:
         """Scores of a job's variations, some 100 bytes a frame for one step; empty if none of them fits."""
-        cascade, scores = cascade_of(self.frames, self.part, job.block), []
+        cascade, scores = self._cascade(job.block), []
         for number in range(job.first, job.stop):
             each = self.variations[number]
             if each.design:
@@ -195,5 +199,15 @@ class Comparison:
             scores = pl.concat(blocks) if blocks else None
             for number in range(*group):
                 own = None if scores is None else scores.filter(variation=number)
-                table_rows += rows(self.variations[number], own)
-        return {self.name: pl.DataFrame(table_rows, schema_overrides=COLUMNS, infer_schema_length=None)}
+                table_rows += self._rows(self.variations[number], own)
+        return {self.name: pl.DataFrame(table_rows, schema_overrides=self._columns, infer_schema_length=None)}
+
+    def _cascade(self, block: int) -> Scoring:
+        return cascade_of(self.frames, self.part, block)
+
+    def _rows(self, variation: Variation, scores: pl.DataFrame | None) -> Iterator[dict[str, Any]]:
+        return rows(variation, scores)
+
+    @property
+    def _columns(self) -> Mapping[str, type[pl.DataType]]:
+        return COLUMNS

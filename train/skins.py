@@ -13,7 +13,7 @@ import numpy as np
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.cover.contact import Contacts
 from tfra.model.cover.layer import frames
-from tfra.model.cover.scenes import crowds, gaps
+from tfra.model.cover.scenes import crowds, nearest
 from tfra.model.metrics import errors
 from tfra.model.sensor import SensorArray
 from tfra.model.skin.finding import Finding, Mark, finding
@@ -86,14 +86,7 @@ class Crowd:
         contacts, frame = crowds(sensor, counts, rng, gap, ratio)
         exact = np.zeros((len(counts), sensor.rows, sensor.columns))
         np.add.at(exact, frame, simulate(sensor, contacts))
-        pitch = np.array([sensor.pitch_x, sensor.pitch_y])
-        nearest = [
-            gaps(contacts.center[k], contacts.half[k], contacts.center[same], contacts.half[same], pitch).min(
-                initial=np.inf
-            )
-            for k, same in enumerate(_others(frame))
-        ]
-        return cls(sensor, frame, contacts.center, contacts.force, np.array(nearest), exact)
+        return cls(sensor, frame, contacts.center, contacts.force, nearest(contacts, frame, sensor), exact)
 
     def see(self, window: SensorArray, estimate: Estimate, level: float) -> Seen:
         """What is found in the frames with noise of ``level`` over each one's peak, as the converter reads them."""
@@ -152,9 +145,3 @@ def threshold(window: SensorArray, estimate: Estimate, count: int = 2000) -> flo
     """Return the uncertainty over |F_z| that ``FALSE_ALARMS`` of quiet single contacts exceed."""
     output = Crowd.of(window, np.ones(count, dtype=np.int64), LIMIT_SEED).see(window, estimate, QUIET).output
     return float(np.quantile(output[:, 3] / np.abs(output[:, 2]), 1 - FALSE_ALARMS))
-
-
-def _others(frame: Ints) -> list[Ints]:
-    """The indices of the other contacts in the frame of each."""
-    first, last = np.searchsorted(frame, frame, "left"), np.searchsorted(frame, frame, "right")
-    return [np.delete(np.arange(a, b), k - a) for k, (a, b) in enumerate(zip(first, last, strict=True))]

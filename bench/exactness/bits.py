@@ -1,4 +1,4 @@
-"""Runs the default studies and writes their results into docs/how_many_bits.md.
+"""Runs the default studies and writes their results into docs/how_many_bits.md and docs/skins.md.
 
 ``python -m bench.exactness.bits [--keep]`` takes half an hour on two idle cores; with ``--keep`` the studies whose
 reports are there are not run again.
@@ -17,12 +17,16 @@ from tfra.study.errors.cascade import Step, View
 from tfra.study.report.labels import QUANTITIES, STEPS
 from tfra.study.report.summary import HEADLINE, summary
 from tfra.study.search.evaluate import CHANGE
+from tfra.study.skins import page
+from tfra.study.skins.studyfile import SkinStudy
 from tfra.study.studyfile import load_study
 
 PAGE = "docs/how_many_bits.md"
 PLACE = ROOT / "build" / "studies"
 STUDIES = ("hertz", "rectangle", "skin")
 TUTORIAL = "skin"
+FINGERS = "fingers"
+"""That of a skin with many contacts."""
 
 
 def example(name: str) -> str:
@@ -80,7 +84,7 @@ def designs(names: tuple[str, ...]) -> str:
     )
     lines = [head, "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
     for name in names:
-        sensor = load_study(ROOT / example(name)).design.sensor
+        sensor = load_study(ROOT / example(name)).project.design.sensor
         pitches = f"{1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm"
         rows = [row for row in table(name, "designs").rows(named=True) if row["coefficient_kbit"] is not None]
         plain = next((row["coefficient_kbit"] for row in rows if row["name"] == "uniform"), None)
@@ -99,7 +103,8 @@ def designs(names: tuple[str, ...]) -> str:
 def sentence(out: str) -> str:
     """The answer on top of a report, its lines as a list."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
-    lines = summary(tables, load_study(ROOT / example(out)).design)
+    study = load_study(ROOT / example(out))
+    lines = page.summary(tables, study.skin) if isinstance(study, SkinStudy) else summary(tables, study.design)
     return "\n".join(f"> - {line}" for line in lines)
 
 
@@ -110,10 +115,11 @@ def main() -> None:
     if not parser.parse_args().keep:
         shutil.rmtree(PLACE, ignore_errors=True)
     PLACE.mkdir(parents=True, exist_ok=True)
-    for name in STUDIES:
+    for name in (*STUDIES, FINGERS):
         if not (PLACE / name).exists():
             run(name)
     insert("bits answer", sentence(TUTORIAL), PAGE)
+    insert("skins study", sentence(FINGERS), "docs/skins.md")
     insert("bits cascade", cascade(TUTORIAL), PAGE)
     insert("bits uniform", uniform(TUTORIAL), PAGE)
     insert("bits sensors", designs(STUDIES), PAGE)

@@ -86,6 +86,21 @@ def gaps(center: Floats, half: Floats, others: Floats, halves: Floats, pitch: Fl
     return np.asarray((apart / pitch).max(axis=1))
 
 
+def nearest(contacts: Contacts, frame: Ints, sensor: SensorArray) -> Floats:
+    """Pitches ``(k,)`` from each footprint to the nearest other one of its frame, infinite where it is the only one.
+
+    ``frame (k,)`` rises.
+    """
+    pitch = np.array([sensor.pitch_x, sensor.pitch_y])
+    apart = np.full(len(frame), np.inf)
+    for number, first in enumerate(np.searchsorted(frame, frame, "left")):
+        others = np.arange(first, np.searchsorted(frame, frame[number], "right"))
+        others = others[others != number]
+        own = contacts.center[number], contacts.half[number]
+        apart[number] = gaps(*own, contacts.center[others], contacts.half[others], pitch).min(initial=np.inf)
+    return apart
+
+
 def contact_codes(design: Choices, count: int, seed: Seed) -> Ints:
     """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
     rng = np.random.default_rng(seed)

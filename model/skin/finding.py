@@ -5,6 +5,7 @@ the hardware does, and stress in Pa.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntFlag
 
@@ -105,27 +106,51 @@ def finding(choices: Finding, window: tuple[int, int], floor: float, frames: npt
 
     A peak below ``floor``, in units of the frames, is none.
     """
+    free = np.ones(frames.shape, dtype=np.bool_)
+    candidates = _candidates(choices, floor, smooth := smoothing(frames))
+    rounds = [np.empty((len(_COLUMNS), 0), dtype=np.int64)]
+    for which, region, touching in _rounds(choices, smooth, candidates, free):
+        rounds.append(_contacts(which, region, touching, window))
+    together = np.concatenate(rounds, axis=1)
+    ordered = together[:, np.argsort(together[0], kind="stable")]
+    return Found(**dict(zip(_COLUMNS, ordered, strict=True)), dropped=candidates.sum(axis=(1, 2)))
+
+
+def taken(choices: Finding, floor: float, frames: npt.NDArray[Number]) -> Bools:
+    """Which taxels ``(n, rows, columns)`` belong to a contact that is found: its region, and the gap about it."""
+    free = np.ones(frames.shape, dtype=np.bool_)
     smooth = smoothing(frames)
+    for _ in _rounds(choices, smooth, _candidates(choices, floor, smooth), free):
+        pass
+    return ~free
+
+
+def _candidates(choices: Finding, floor: float, smooth: npt.NDArray[Number]) -> Bools:
+    """Which taxels are peaks that are high enough."""
     highest = smooth.max(axis=(1, 2), keepdims=True)
     high_enough = smooth * (1 << THRESHOLD_FRACTION) >= highest * choices.word
-    candidates = peaks(smooth) & high_enough & (smooth >= floor * GAIN)
-    free = np.ones(smooth.shape, dtype=np.bool_)
-    rounds = [np.empty((len(_COLUMNS), 0), dtype=np.int64)]
+    return np.asarray(peaks(smooth) & high_enough & (smooth >= floor * GAIN))
+
+
+def _rounds(
+    choices: Finding, smooth: npt.NDArray[Number], candidates: Bools, free: Bools
+) -> Iterator[tuple[Ints, Bools, Bools]]:
+    """The next contact of every frame that has one: the frames' numbers, regions, and whether others cut them off.
+
+    What it takes is removed from ``candidates`` and ``free (n, rows, columns)``.
+    """
     for _ in range(choices.most):
-        heights = np.where(candidates, smooth, 0).reshape(len(frames), -1)
+        heights = np.where(candidates, smooth, 0).reshape(len(smooth), -1)
         at = heights.argmax(axis=1)
         height = heights[np.arange(len(at)), at]
         which = np.flatnonzero(height > 0)
         if not len(which):
-            break
+            return
         high = 2 * smooth[which] >= height[which, None, None]
         region, touching = regions(high, free[which], at[which])
-        rounds.append(_contacts(which, region, touching, window))
         free[which] &= ~grown(region, choices.gap)
         candidates &= free
-    together = np.concatenate(rounds, axis=1)
-    ordered = together[:, np.argsort(together[0], kind="stable")]
-    return Found(**dict(zip(_COLUMNS, ordered, strict=True)), dropped=candidates.sum(axis=(1, 2)))
+        yield which, region, touching
 
 
 _COLUMNS = ("frame", "row", "column", "taxels", "top", "left", "marks")

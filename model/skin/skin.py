@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy.typing as npt
 
+from tfra.model.arrays import Bools
 from tfra.model.choices import Adc
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
-from tfra.model.skin.finding import Finding, Found, finding
+from tfra.model.skin.finding import Finding, Found, finding, taken
 from tfra.model.skin.smoothing import Number
 from tfra.model.skin.windows import windows
 
@@ -50,9 +51,16 @@ class Skin:
 
         Frames are codes of the converter, or stress in Pa as floating-point numbers.
         """
-        floor = float(self.adc.threshold) * (1.0 if frames.dtype.kind == "i" else self.adc.lsb)
-        found = finding(self.choices, self.shape, floor, frames)
+        found = finding(self.choices, self.shape, self._floor(frames), frames)
         return found, windows(frames, found.frame, (found.top, found.left), self.shape)
+
+    def taken(self, frames: npt.NDArray[Number]) -> Bools:
+        """Which taxels ``(n, rows, columns)`` belong to a contact that is found: its region, and the gap about it."""
+        return taken(self.choices, self._floor(frames), frames)
+
+    def _floor(self, frames: npt.NDArray[Number]) -> float:
+        """The lowest peak, in units of the ``frames``."""
+        return float(self.adc.threshold) * (1.0 if frames.dtype.kind == "i" else self.adc.lsb)
 
 
 def core_of(array: Design | Skin) -> Design:

@@ -72,7 +72,7 @@ def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.D
     frames = used["frame"].to_numpy()
     rows = [
         {"quantity": key, "step": step, "view": view}
-        | _spread(used[error_column(key, step, view)].to_numpy(), frames, signed)
+        | spread(used[error_column(key, step, view)].to_numpy(), frames, signed)
         for key, signed in SIGNED.items()
         for step in compared
         for view in View
@@ -80,22 +80,23 @@ def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.D
     return pl.DataFrame(rows, schema=ERRORS)
 
 
-def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
+def spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
+    """Return the columns of a row of errors that follow the view, from ``values (n,)`` and the ``frames`` of each."""
     known = np.flatnonzero(~np.isnan(values))
     exact = values[known].astype(np.float64)
-    spread: dict[str, Any] = {"count": len(exact)}
+    found: dict[str, Any] = {"count": len(exact)}
     magnitudes = np.abs(exact)
     for column, permille in PERMILLES.items():
         if len(exact) * (1000 - permille) >= BEYOND * 1000:
-            spread[column] = float(np.quantile(magnitudes, permille / 1000))
+            found[column] = float(np.quantile(magnitudes, permille / 1000))
             low, high = map(int, stats.binom.interval(CONFIDENCE, len(exact), permille / 1000))
             ends = np.partition(magnitudes, (low - 1, high))[[low - 1, high]]
-            spread |= {f"{column}{end}": float(value) for end, value in zip(INTERVAL, ends, strict=True)}
+            found |= {f"{column}{end}": float(value) for end, value in zip(INTERVAL, ends, strict=True)}
     if len(exact):
         worst = magnitudes.argmax()
-        spread |= {"worst": float(magnitudes[worst]), "worst_frame": int(frames[known[worst]])}
-        spread["bias"] = float(exact.mean()) if signed else None
-    return spread
+        found |= {"worst": float(magnitudes[worst]), "worst_frame": int(frames[known[worst]])}
+        found["bias"] = float(exact.mean()) if signed else None
+    return found
 
 
 def flagged(scores: pl.DataFrame) -> pl.DataFrame:
@@ -120,7 +121,7 @@ def flips(scores: pl.DataFrame) -> pl.DataFrame:
     """
     used = scores.filter(unflagged(scores))
     rows = [
-        {"step": step, "decision": decision, "frames": count, "of": total} | _rate(count, total)
+        {"step": step, "decision": decision, "frames": count, "of": total} | rate(count, total)
         for before, step in pairwise(Step)
         for decision, count, total in _changes(scores, used, before, step)
     ]
@@ -155,7 +156,8 @@ def _changes(scores: pl.DataFrame, used: pl.DataFrame, before: Step, step: Step)
     yield "sweep_index_off_by_more", int((moved > 1).sum()), len(moved)
 
 
-def _rate(count: int, total: int) -> dict[str, float]:
+def rate(count: int, total: int) -> dict[str, float]:
+    """Return ``count`` of ``total`` as a rate with its interval; nothing of none."""
     if not total:
         return {}
     interval = stats.binomtest(count, total).proportion_ci(CONFIDENCE, method="wilson")

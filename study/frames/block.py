@@ -12,7 +12,7 @@ import polars as pl
 from tfra.model.arrays import Floats, Singles
 
 BLOCK = 1024
-"""Frames of a block; the last one of a part may have fewer."""
+"""Frames of a block, unless a definition has another size; the last one of a part may have fewer."""
 
 _ARRAYS = {"stress": "stress_pa", "noisy": "noisy_stress_pa", "shares": "share_of_force"}
 """Columns of the arrays, each row a frame's taxels, row by row."""
@@ -72,7 +72,7 @@ class Block:
         noisy: The same with noise and offset.
         shares: Share of the force on each taxel's cell, ``(n, rows, columns)``, nan where unknown.
         truth: A row each frame: ``force_x_n``, ``force_y_n``, ``force_z_n``, ``mu`` and ``phi_deg``, nan where unknown
-            or, without friction, undefined; of simulated frames also what was drawn.
+            or, without friction, undefined; of simulated frames also what was drawn.  Of a skin, lists of all contacts.
     """
 
     start: int

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import polars as pl
@@ -76,14 +76,22 @@ class Recording:
         return pl.DataFrame({**columns, "mu": known["mu_ref"], "phi_deg": known["phi_ref_deg"]})
 
 
+class Source(Protocol):
+    """Where frames come from."""
+
+    def block(self, part: Part, number: int, count: int) -> Block:
+        """Return the first ``count`` frames of block ``number``."""
+
+
 @dataclass(frozen=True)
 class Definition:
-    """The definition of a frame set: the sensor, its cover, and a checked ``[frames]`` section."""
+    """The definition of a frame set: the sensor, its cover, a checked ``[frames]`` section, and ``size`` of a block."""
 
     sensor: SensorArray
     layer: LayerSpec
     section: FramesSection
-    source: Mixture | Recording
+    source: Source
+    size: int = BLOCK
 
     @classmethod
     def of(
@@ -123,7 +131,7 @@ class Definition:
 
     def blocks(self, part: Part) -> int:
         """Number of blocks of a part."""
-        return -(-self.frames(part) // BLOCK)
+        return -(-self.frames(part) // self.size)
 
     def all_blocks(self) -> list[tuple[Part, int]]:
         """Part and number of every block, in order."""
@@ -131,7 +139,7 @@ class Definition:
 
     def count(self, part: Part, number: int) -> int:
         """Number of frames of a block."""
-        return min(BLOCK, self.frames(part) - number * BLOCK)
+        return min(self.size, self.frames(part) - number * self.size)
 
     def make(self, part: Part, number: int) -> Block:
         """Return a block, made now."""
@@ -218,7 +226,7 @@ class FrameSet:
         """Load a block; raises ``InputError`` where its file is missing, damaged or another block's."""
         sensor = self.definition.sensor
         data = self._store.get(_name(part, number))
-        return Block.from_parquet(data, number * BLOCK, sensor.rows, sensor.columns)
+        return Block.from_parquet(data, number * self.definition.size, sensor.rows, sensor.columns)
 
     def blocks(self, part: Part) -> Iterator[Block]:
         """Load the blocks of a part, one after the other."""

@@ -55,9 +55,16 @@ class Mixture:
             raise ValueError('mixture: contacts in such numbers need solver = "series" in [layer] of the configuration')
         for number, component in enumerate(self.components, 1):
             try:
+                self._require_number(component)
                 _check(self.sensor, component)
             except ValueError as error:
                 raise ValueError(f"mixture#{number}.{error}") from None
+
+    def _require_number(self, component: ComponentSection) -> None:
+        """Raise ``ValueError`` for a number of contacts that a frame cannot have."""
+        for key in ("contacts", "gap_pitches"):
+            if getattr(component, key) is not None:
+                raise ValueError(f"{key}: a frame has one contact, since CONFIG has no section window")
 
     def require_disjoint(self) -> None:
         """Raise ``ValueError`` for a component whose contacts repeat."""
@@ -71,13 +78,13 @@ class Mixture:
         component, shape, values = self._draw(draws.random((count, 2 + len(LIMITS))))
         contacts = self._contacts(shape, values)
         unscaled = frames(self.sensor, contacts, self.layer.sampling, self.layer.poisson)
-        scale = _scale(unscaled, values["peak_kpa"])
-        stress = (unscaled * scale[:, None, None]).astype(np.float32)
-        contacts = replace(contacts, force=contacts.force * scale[:, None])
+        factor = scale(unscaled, values["peak_kpa"])
+        stress = (unscaled * factor[:, None, None]).astype(np.float32)
+        contacts = replace(contacts, force=contacts.force * factor[:, None])
         spread, offset = (values[key] for key in ("noise_share_of_peak", "offset_share_of_peak"))
         noisy = with_noise(stress, spread, offset, noise.standard_normal(stress.shape))
         shares = cell_shares(self.sensor, contacts).astype(np.float32)
-        return Block(number * BLOCK, stress, noisy, shares, _truth(component, contacts, values))
+        return Block(number * BLOCK, stress, noisy, shares, truth(component, contacts, values))
 
     def _draw(self, u: Floats) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.str_], dict[str, Floats]]:
         """Component, shape and quantities of each row of ``u``, uniform in [0, 1)."""
@@ -87,13 +94,13 @@ class Mixture:
         values = {key: np.empty(len(u)) for key in LIMITS}
         for number, component in enumerate(self.components):
             rows = np.flatnonzero(component_of == number)
-            shapes[rows] = _choose(_as_list(component.shape), u[rows, 1])
+            shapes[rows] = choose(as_list(component.shape), u[rows, 1])
             for column, key in enumerate(LIMITS, 2):
                 given, at = getattr(component, key), u[rows, column]
                 if given is None:  # one newton, or as large as the force makes it
                     values[key][rows] = -1.0 if key == "force_n" else np.nan
                     continue
-                values[key][rows] = given.at(at) if isinstance(given, Range) else _choose(_as_list(given), at)
+                values[key][rows] = given.at(at) if isinstance(given, Range) else choose(as_list(given), at)
         return component_of, shapes, values
 
     def _contacts(self, shape: npt.NDArray[np.str_], values: dict[str, Floats]) -> Contacts:
@@ -107,14 +114,14 @@ class Mixture:
         return Contacts(shape, center, half, force)
 
 
-def _scale(stress: Floats, peak_kpa: Floats) -> Floats:
-    """Factor that scales a frame to the given largest magnitude; 1 where that is nan."""
+def scale(stress: Floats, peak_kpa: Floats) -> Floats:
+    """Return the factor that scales a frame to the given largest magnitude; 1 where that is nan."""
     wanted = ~np.isnan(peak_kpa)
     return np.where(wanted, 1e3 * peak_kpa, 1.0) / np.where(wanted, np.abs(stress).max(axis=(1, 2)), 1.0)
 
 
-def _truth(component: npt.NDArray[np.int32], contacts: Contacts, values: dict[str, Floats]) -> pl.DataFrame:
-    """A row each frame; components count from 1, as in the file."""
+def truth(component: npt.NDArray[np.int32], contacts: Contacts, values: dict[str, Floats]) -> pl.DataFrame:
+    """Return a row each contact; components count from 1, as in the file."""
     f_x, f_y, f_z = contacts.force.T
     phi = np.where(values["mu"] > 0, values["phi_deg"] % 360.0, np.nan)
     return pl.DataFrame(
@@ -136,18 +143,20 @@ def _truth(component: npt.NDArray[np.int32], contacts: Contacts, values: dict[st
     )
 
 
-def _as_list(given: Any) -> list[Any]:
+def as_list(given: Any) -> list[Any]:
+    """Return what may be chosen from."""
     return given if isinstance(given, list) else [given]
 
 
-def _choose(choices: list[Any], u: Floats) -> npt.NDArray[Any]:
+def choose(choices: list[Any], u: Floats) -> npt.NDArray[Any]:
+    """Return the choice at each ``u`` in [0, 1)."""
     return np.array(choices)[(u * len(choices)).astype(np.int64)]
 
 
 def _check(sensor: SensorArray, component: ComponentSection) -> None:
     if not component.weight > 0:
         raise ValueError(f"weight: a number above 0 is needed, got {component.weight:g}")
-    for shape in _as_list(component.shape):
+    for shape in as_list(component.shape):
         if shape not in list(ContactShape):
             raise ValueError(f"shape: one of {', '.join(ContactShape)} is needed, got {quoted(shape)}")
     if (component.force_n is None) == (component.peak_kpa is None):
@@ -157,11 +166,11 @@ def _check(sensor: SensorArray, component: ComponentSection) -> None:
             continue
         if isinstance(given, Range):
             _check_range(key, given)
-        for value in _ends(given):
+        for value in ends(given):
             if not low <= value <= high:
                 raise ValueError(f"{key}: {low:g} to {high:g} is needed, got {value:g}")
     for axis, count in (("x", sensor.columns), ("y", sensor.rows)):
-        widest = max(_ends(getattr(component, f"half_{axis}_pitches")))
+        widest = max(ends(getattr(component, f"half_{axis}_pitches")))
         if 2 * widest > count:
             reason = f"a footprint of 2 x {widest:g} pitches does not fit on the block of {count}"
             raise ValueError(f"half_{axis}_pitches: {reason}")
@@ -174,5 +183,6 @@ def _check_range(key: str, given: Range) -> None:
         raise ValueError(f"{key}: a range with log needs ends of one sign, got from {given.low:g} to {given.high:g}")
 
 
-def _ends(given: Any) -> list[float]:
-    return [given.low, given.high] if isinstance(given, Range) else _as_list(given)
+def ends(given: Any) -> list[float]:
+    """Return the numbers of a quantity as it is written."""
+    return [given.low, given.high] if isinstance(given, Range) else as_list(given)

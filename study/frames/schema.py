@@ -1,6 +1,7 @@
 """Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.config.schema`.
 
-examples/study_hertz.toml explains every key; ``recording = "frames.npz"`` takes the place of the mixture.
+examples/study_hertz.toml explains every key, study_fingers.toml those of a skin; ``recording = "frames.npz"`` takes the
+place of the mixture.
 """
 
 from typing import Annotated
@@ -50,6 +51,9 @@ class ComponentSection(Section):
     at 0 and 1 it touches a side, at 0.5 it is in the middle.  The normal force is given, or follows from the largest
     magnitude of the frame's exact stress.  Noise (the standard deviation of every taxel) and offset (common to all
     taxels) are shares of the frame's largest stress.
+
+    Of a skin, a frame has so many ``contacts`` of this kind, each drawn on its own, whose footprints are at least
+    ``gap_pitches`` apart along an axis; the peak is then that of each contact alone.
     """
 
     weight: Annotated[float, Field(le=1e6)] = 1.0
@@ -64,6 +68,8 @@ class ComponentSection(Section):
     phi_deg: Spread
     noise_share_of_peak: Spread = 0.0
     offset_share_of_peak: Spread = 0.0
+    contacts: Spread | None = None
+    gap_pitches: Annotated[float, Field(ge=0, le=1e4)] | None = None
 
 
 Count = Annotated[int, Field(ge=0, le=MOST_FRAMES)]

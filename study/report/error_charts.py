@@ -91,15 +91,15 @@ def flips(tables: Tables, part: str) -> go.Figure:
     made = [decision for decision in FLIPS if any(row["decision"] == decision for row in rows)]
     points, labels = [(made.index(row["decision"]), row) for row in rows], [FLIPS[decision] for decision in made]
     columns = ("rate", "rate_low", "rate_high")
-    return _dots(points, labels, 54, "share of frames that flip", columns, "step", _FLIPPING)
+    return dots(points, labels, 54, "share of frames that flip", columns, "step", _FLIPPING)
 
 
 def _errors(points: Sequence[tuple[int, Row]], labels: Sequence[str], height: int, quantity: str) -> go.Figure:
     title = f"error of {QUANTITIES[quantity].axis}"
-    return _dots(points, labels, height, title, ("median", "median", "p95"), "view", VIEWS)
+    return dots(points, labels, height, title, ("median", "median", "p95"), "view", VIEWS)
 
 
-def _dots(
+def dots(
     points: Sequence[tuple[int, Row]],
     labels: Sequence[str],
     height: int,
@@ -108,7 +108,7 @@ def _dots(
     key: str,
     styles: Mapping[Any, Style],
 ) -> go.Figure:
-    """Every row of ``points`` in its labelled row, as one of the series by its ``key``; series are beside each other.
+    """Draw every row of ``points`` in its labelled row, as one of the series by its ``key``, beside each other.
 
     ``columns`` are those of the value and of its whisker's ends.
     """
@@ -183,8 +183,8 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
         colorscale="Cividis", reversescale=True, showscale=False, xgap=2, ygap=2,
         name=f"{QUANTITIES[quantity].axis}, {name}",
     )  # fmt: skip
-    for y, line in enumerate(rows):  # positions on an axis of categories are numbers
-        for x, row in enumerate(line):
+    for y, line in zip(lines, rows, strict=True):
+        for x, row in zip(columns, line, strict=True):
             if row and row[statistic] is None:
                 text = "×" if is_misfit(row) else "few"
                 chart.add_annotation(text=text, x=x, y=y, showarrow=False, font={"color": GREY, "size": 11})
@@ -192,9 +192,9 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
 
 
 def _categories(title: str, labels: Sequence[str]) -> dict[str, Any]:
-    """An axis with all its cells, even where they are empty."""
+    """An axis with all its cells, even where they are empty; a number for a place would be taken for a label."""
     axis = {"title": {"text": title}, "type": "category", "range": [-0.5, len(labels) - 0.5], "showgrid": False}
-    return axis | ticks(labels)
+    return axis | ticks(labels) | {"tickvals": list(labels)}
 
 
 def with_change(sensitivity: pl.DataFrame, errors: pl.DataFrame) -> pl.DataFrame:

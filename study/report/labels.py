@@ -51,6 +51,7 @@ QUANTITIES = {
     "force_x_n": Quantity("F_x", "N"),
     "force_y_n": Quantity("F_y", "N"),
     "force_z_n": Quantity("F_z", "N"),
+    "place_pitches": Quantity("place", "pitches"),
 }
 """Every quantity that has errors, in the order of a reader's interest."""
 
@@ -73,6 +74,8 @@ VARIANTS = {
 }
 """Variations other than word lengths: the column of the setting, and its label."""
 
+_WITH_INTERVAL = ("median", "p95", "p99_9", "rate", "missed", "merged", "invented")
+
 _COLUMNS = {
     "coefficient_kbit": "coefficients / kbit",
     "multiplier_kbit": "products / kbit",
@@ -82,8 +85,8 @@ _COLUMNS = {
     "fmax_mhz": "f_max / MHz",
     "p95": "95th percentile",
     "p99_9": "99.9th percentile",
-    **dict.fromkeys(["median_low", "p95_low", "p99_9_low", "rate_low"], "95 % confidence, from"),
-    **dict.fromkeys(["median_high", "p95_high", "p99_9_high", "rate_high"], "to"),
+    **dict.fromkeys([f"{name}_low" for name in _WITH_INTERVAL], "95 % confidence, from"),
+    **dict.fromkeys([f"{name}_high" for name in _WITH_INTERVAL], "to"),
     "p95_change": "change of the 95th percentile / %",
     "median_change": "change of the median / %",
     "of": "of frames",

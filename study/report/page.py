@@ -58,10 +58,10 @@ class Section:
     sentences: Callable[[Tables], Mapping[tuple[str, ...], str]] = lambda _: {}
 
 
-def _by_view(
+def by_view(
     name: str, draw: Callable[..., go.Figure], filters: tuple[str, ...] = ("quantity", "statistic")
 ) -> tuple[Chart, ...]:
-    """A chart of each view, beside each other where there is room."""
+    """Return a chart of each view, beside each other where there is room."""
     return tuple(
         Chart(f"{name}-{view}", lambda *chosen, view=view: draw(*chosen, view), filters, title)
         for view, title in ((View.OWN, "Its own share"), (View.TOTAL, "Total error"))
@@ -136,7 +136,7 @@ SECTIONS = (
         "than the last of its row has its 95 % interval below. A cross marks impossible combinations, “few” those with "
         "too few frames.",
         ("converter",),
-        _by_view("converter", error_charts.converter),
+        by_view("converter", error_charts.converter),
         sentences=fall_sentences,
     ),
     Section(
@@ -146,7 +146,7 @@ SECTIONS = (
         "without a bar have bits to spare. A click on the legend shows two and four bits less. A cross marks "
         "impossible combinations.",
         ("sensitivity",),
-        _by_view("sensitivity", error_charts.sensitivity),
+        by_view("sensitivity", error_charts.sensitivity),
     ),
     Section(
         "variants",
@@ -154,7 +154,7 @@ SECTIONS = (
         "The same design with one choice changed. A dot is the median of the error’s magnitude; the line ends at the "
         "95th percentile. A cross marks impossible combinations.",
         ("variants",),
-        _by_view("variants", error_charts.variants, ("quantity",)),
+        by_view("variants", error_charts.variants, ("quantity",)),
     ),
     Section(
         "trials",
@@ -184,10 +184,22 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
     are the names of those that a running study has still to make.
     """
     tables = _complete(tables)
-    sections = [section for section in SECTIONS if section.tables[0] in tables]
+    return compose(SECTIONS, tables, title, summary(tables, design), notes(tables), pending)
+
+
+def compose(
+    every: Sequence[Section],
+    tables: Tables,
+    title: str,
+    answer: Sequence[str],
+    remarks: Sequence[str],
+    pending: Sequence[str] = (),
+) -> str:
+    """A page of the sections that the ``tables`` have, below the lines of the ``answer`` and ``remarks`` on it."""
+    sections = [section for section in every if section.tables[0] in tables]
     choices = _choices(tables)
     parts = [
-        *_opening(tables, design, pending),
+        *_opening(every, tables, answer, remarks, pending),
         contents({section.name: section.title for section in sections}),
         _filters(sections, choices),
         *(_section(section, tables).html() for section in sections),
@@ -213,14 +225,16 @@ def _resource(name: str) -> str:
     return (files("tfra.study.report") / name).read_text(encoding="utf-8")
 
 
-def _opening(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[str]:
+def _opening(
+    every: Sequence[Section], tables: Tables, answer: Sequence[str], remarks: Sequence[str], pending: Sequence[str]
+) -> Iterator[str]:
     if pending:
-        titles = {table: f"{table} ({section.title})" for section in SECTIONS for table in section.tables}
+        titles = {table: f"{table} ({section.title})" for section in every for table in section.tables}
         missing = listed([titles.get(name, name) for name in pending])
         yield paragraph(f"This page is partial: the study is running. Still to come: {missing}.", "partial")
-    if lines := summary(tables, design):
-        yield f'<div class="answer">{"".join(map(paragraph, lines))}</div>'
-    yield from (paragraph(sentence, "note") for sentence in notes(tables))
+    if answer:
+        yield f'<div class="answer">{"".join(map(paragraph, answer))}</div>'
+    yield from (paragraph(sentence, "note") for sentence in remarks)
     if tables:
         yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
 

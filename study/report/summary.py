@@ -68,11 +68,11 @@ def summary(tables: Tables, design: Design) -> list[str]:
     Those that the tables do not answer yet are missing.
     """
     answers = {
-        "Limit": _shares(tables, design),
-        "Enough": _sufficient(tables),
+        "Limit": shares(tables, design),
+        "Enough": sufficient(tables),
         "Saved": _smallest_design(tables),
         "Measured": _measured(tables),
-        "Next": _next(tables),
+        "Next": advice(tables),
     }
     lines = [f"{name}: {words}" for name, words in answers.items() if words]
     sensor = design.sensor
@@ -87,32 +87,33 @@ def notes(tables: Tables) -> list[str]:
     """Meaning of the summary's numbers, and which frames they leave out."""
     sentences = []
     if "errors" in tables:
-        part, errors = _first_part(tables, "errors")
+        part, errors = first_part(tables, "errors")
         sentences += [_MEANING.format(part=part), _enough_frames(errors)]
     if "flagged" in tables:
-        sentences.append(_left_out(*_first_part(tables, "flagged")))
+        sentences.append(_left_out(*first_part(tables, "flagged")))
     if _COMPARED & set(tables):
         sentences.append("Designs, converters and variants are compared on training frames.")
     return sentences
 
 
-def _first_part(tables: Tables, name: str) -> tuple[str, pl.DataFrame]:
+def first_part(tables: Tables, name: str) -> tuple[str, pl.DataFrame]:
+    """Return the label and the rows of the part that sentences are about."""
     part = next(part for part in PARTS if part in set(tables[name]["part"]))
     return PARTS[part], tables[name].filter(part=part)
 
 
-def _shares(tables: Tables, design: Design) -> str:
-    """Like ``the method itself, 4.0° and 18 % of F; ...``: medians of what each step adds, the largest first."""
+def shares(tables: Tables, design: Design) -> str:
+    """Return ``the method itself, 4.0° and 18 % of F; ...`` or so: medians of what each step adds, largest first."""
     if "errors" not in tables:
         return ""
-    _, errors = _first_part(tables, "errors")
+    _, errors = first_part(tables, "errors")
     labels = STEPS | {
         Step.CONVERTER: f"{design.adc.bits}-bit converter",
         Step.ARITHMETIC: f"arithmetic `{design.formats.name}`",
     }
-    shares = {labels[step]: _medians(errors.filter(step=step, view=View.OWN)) for step in _by_share(errors)}
-    shares["all together"] = _medians(errors.filter(**_TOTAL))
-    known = "; ".join(f"{name}, {share}" for name, share in shares.items() if share)
+    medians = {labels[step]: _medians(errors.filter(step=step, view=View.OWN)) for step in _by_share(errors)}
+    medians["all together"] = _medians(errors.filter(**_TOTAL))
+    known = "; ".join(f"{name}, {share}" for name, share in medians.items() if share)
     return f"{known}." if known else "there are too few frames to split the error into steps."
 
 
@@ -122,14 +123,14 @@ def _by_share(errors: pl.DataFrame) -> list[Step]:
     return list(map(Step, own.sort("median", descending=True, maintain_order=True)["step"]))
 
 
-def _next(tables: Tables) -> str:
-    """What to do with the design that was found, and about the step with the largest share."""
-    advice = []
+def advice(tables: Tables) -> str:
+    """Return what to do with the design that was found, and about the step with the largest share."""
+    words = []
     if (name := _best(_judged_designs(tables))) not in (None, "base"):
-        advice.append(f"generate the core of `designs/{name}.toml`")
+        words.append(f"generate the core of `designs/{name}.toml`")
     if "errors" in tables:
-        advice += [_NEXT[step] for step in _by_share(_first_part(tables, "errors")[1])[:1]]
-    return f"{'; '.join(advice)}." if advice else ""
+        words += [_NEXT[step] for step in _by_share(first_part(tables, "errors")[1])[:1]]
+    return f"{'; '.join(words)}." if words else ""
 
 
 def _medians(errors: pl.DataFrame) -> str:
@@ -138,15 +139,15 @@ def _medians(errors: pl.DataFrame) -> str:
     return listed([QUANTITIES[name].amount(medians[name]) + of for name, of in HEADLINE.items() if name in medians])
 
 
-def _sufficient(tables: Tables) -> str:
-    """Like ``a 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.``"""
+def sufficient(tables: Tables) -> str:
+    """Return ``a 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.`` or so."""
     some, none = [], []
-    for name, sufficient, few, too_few in (
+    for name, fewest, few, too_few in (
         ("converter", sufficient_converter_bits, "a {0}-bit converter", "no converter of {0} to {1} bits"),
         ("uniform", sufficient_product_bits, "products of {0}×{0} bits", "no products of {0} to {1} bits"),
     ):
         if lengths := _judged_lengths(tables, name):
-            bits = sufficient(tables)
+            bits = fewest(tables)
             some += [few.format(bits)] if bits else []
             none += [] if bits else [too_few.format(min(lengths), max(lengths))]
     close = f"would change the total by less than {CLOSE}"

@@ -370,9 +370,19 @@ def _study(more: str, old: str = "", new: str = "") -> Make:
     return raw("study.toml", (_STUDY.replace(old, new) + more).encode())
 
 
+def _study_of_skin(more: str, contacts: str = "1") -> Make:
+    """The same of the sensor as a skin with windows of 4 x 4 taxels, and so many contacts."""
+    skin = config("[[contact]]", "[window]\nrows = 4\ncolumns = 4\n[[contact]]", "hand.toml")
+    text = _STUDY.replace("skin.toml", "hand.toml") + f"contacts = {contacts}\n{more}"
+    return lambda: (skin(), raw("study.toml", text.encode())())
+
+
 STUDIES = [
     Misuse("an unknown section of a study", _study("[converters]"), STUDY),
     Misuse("an unknown signal", _study("[search.space]\ncoefficient.c34 = [9, 12]"), STUDY),
+    Misuse("a search on a skin", _study_of_skin("[search]"), STUDY),
+    Misuse("more contacts than are found", _study_of_skin("", "{from = 1, to = 20}"), STUDY),
+    Misuse("contacts of one array", _study("contacts = 3"), STUDY),
     Misuse("a scheduler that is none", _study(""), f"{STUDY} --scheduler nobody://"),
     Misuse("a work folder with notes", lambda: (_study("")(), notes()), f"{STUDY} --work notes"),
 ]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tests.model.skin.plain import contacts
-from tfra.model.skin.finding import Finding, Found, Mark, finding
+from tfra.model.skin.finding import Finding, Found, Mark, finding, taken
 from tfra.model.skin.windows import corners, places, windows
 
 SHAPES = st.tuples(st.integers(2, 9), st.integers(2, 9))
@@ -26,7 +26,7 @@ CODES = st.sampled_from((-8192, -4000, -2000, -1000, -300, -64, -1, 0, 0, 0, 0, 
 )
 def test_contacts_are_those_of_plain_loops(codes, window, most, word, gap, least):
     found = finding(Finding(most, word / 256, gap), window, least, codes)
-    start = 0
+    start, owned = 0, taken(Finding(most, word / 256, gap), least, codes)
     for number, grid in enumerate(codes):
         plain, dropped = contacts(grid.tolist(), window, most, Fraction(word, 256), gap, least)
         assert (found.found[number], found.dropped[number]) == (len(plain), dropped)
@@ -37,6 +37,9 @@ def test_contacts_are_those_of_plain_loops(codes, window, most, word, gap, least
             assert (found.row[at], found.column[at]) == (row, column)
             assert (found.top[at], found.left[at]) == each.corner
             assert found.marks[at] == _marks(each, window, grid.shape)
+        about = range(-gap, gap + 1)
+        own = {(row + i, column + j) for each in plain for row, column in each.region for i in about for j in about}
+        assert {tuple(place) for place in np.argwhere(owned[number]).tolist()} == own & set(np.ndindex(grid.shape))
         start += len(plain)
     assert start == len(found.frame)
 

@@ -253,7 +253,9 @@ def test_flips_and_heat_maps_show_what_the_tables_say(page: str, tables: dict[st
         text = found[f"{100 * row['noise_share_of_peak']:g}", str(row["bits"])]
         assert float(text.partition("<br>")[0] or "nan") == pytest.approx(row["p95"] or math.nan, rel=0.06, nan_ok=True)
     assert any(found.values())
-    assert [note["x"] for note in figure["layout"]["annotations"] if note["text"] == "×"] == [2, 2]
+    assert [note["x"] for note in figure["layout"]["annotations"] if note["text"] == "×"] == ["16", "16"]
+    axes = figure["layout"]["xaxis"], figure["layout"]["yaxis"]
+    assert [axis["tickvals"] for axis in axes] == [axis["ticktext"] for axis in axes]
 
 
 def test_what_does_not_fit_is_a_cross_with_its_reason(page: str, tables: dict[str, pl.DataFrame]) -> None:
@@ -352,7 +354,7 @@ def test_few_frames_and_hostile_words(tab: Browser, tables: dict[str, pl.DataFra
     notes = [note["text"] for note in shown["chart-converter-own"][0]["layout"]["annotations"]]
     assert notes == ["few", "few", "×"] * 2
     assert '"no trial is complete"' in json.dumps(shown["chart-trials"][0])
-    assert "There are too few frames to split the error into steps." in text
+    assert "Limit: there are too few frames to split the error into steps." in text
     show(tab, tmp_path, text)
     assert tab.messages == []
     assert tab.requests == []
