@@ -31,7 +31,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end calibration cores speed cortex estimates axi_cost skin_cycles
+CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles
 
 .PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:

@@ -96,8 +96,8 @@ class Rounding(Exact):
         )
 
     def operand(self, stack: str, parities: Singles) -> Singles:
-        """Words of a parity share the exponent of their largest."""
+        """Words of a parity share the exponent of their largest, and round half up."""
         most = 1 << (self.design.formats.bits(f"operand.{stack}") - 1)
         _, exponent = np.frexp(np.abs(parities).max(axis=2, keepdims=True))
         step = np.ldexp(np.float32(1 / most), exponent)
-        return np.asarray(np.clip(np.rint(parities / step), -most, most - 1) * step)
+        return np.asarray(np.clip(np.floor(parities / step + np.float32(0.5)), -most, most - 1) * step)
