@@ -123,7 +123,7 @@ def _rounding(project: Project, channels: tuple[int, int] | None) -> Rounding:
         raise InputError("tfra train", "--channels", "are those of CONFIG's weights, by --rounded")
     shortest = min(design.formats.bits(name) for name in SIGNALS)
     if shortest >= LONG:
-        reason = f"of {shortest} bits or more round nothing that a training could learn, by --rounded"
+        reason = f"words of {shortest} bits or more lose nothing that a training could learn, by --rounded"
         raise InputError(project.path, "formats", reason)
     return Rounding(design)
 
