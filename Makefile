@@ -12,6 +12,7 @@
 #              every estimator on identical frames, TFRA's sources of error, offsets and dead taxels
 # make calibration
 #              tfra calibrate on a thousand simulated sensors, docs/calibration.md (half an hour)
+# make rounded the learned estimator's word lengths, with and without a training that knows them, docs/training.md
 # make cores, make speed
 #              cycles of cores by their lanes; speed and memory of the models
 # make cortex  instructions and memory of cores in C on a Cortex-M7

@@ -37,7 +37,7 @@ CalibrationFile = Annotated[
     Path | None, typer.Option("--calibration", metavar="CAL.toml", help="Train for the one sensor of this file.")
 ]
 Rounded = Annotated[
-    bool, typer.Option("--rounded", help="Train CONFIG's weights on, with the roundings of its core; 20,000 steps.")
+    bool, typer.Option("--rounded", help="Train CONFIG's weights on, with the roundings of its core; 40,000 steps.")
 ]
 Channels = Annotated[
     tuple[int, int] | None,

@@ -132,13 +132,15 @@ class Trainer:
         return estimates(self.shape.split(vector), inputs, self._rounding).astype(np.float64)
 
     def run(self, steps: int, state: State, report: Callable[[State], None]) -> None:
-        """Train ``state`` until it has done ``steps``, or the validation set has shown no progress for long.
+        """Train ``state`` until it has done ``steps``, or the validation set has shown no progress for long, if
+        they began at random.
 
         ``report`` sees the state after every step.  Raises ``DivergedError``.
         """
+        begun = self._rounding.counts is not None  # such weights get worse before they get better
         with threadpool_limits(1), ThreadPoolExecutor(1) as thread:
             following = thread.submit(self._draw, state.step)
-            while state.step < steps and state.patient(steps):
+            while state.step < steps and (begun or state.patient(steps)):
                 batch, following = following.result(), thread.submit(self._draw, state.step + 1)
                 self._advance(steps, state, batch)
                 if state.step % CHECK == 0 or state.step == steps:

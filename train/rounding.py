@@ -67,8 +67,8 @@ class Rounding(Exact):
     """The word lengths of ``design``, whose weights are those to begin with."""
 
     design: LearnedDesign
-    pace = 0.2
-    steps = 20_000
+    pace = 0.5
+    steps = 40_000
 
     @property
     def facts(self) -> Mapping[str, int | str]:

@@ -309,7 +309,7 @@ def test_a_training_for_short_words(config: Path, capsys: pytest.CaptureFixture[
     found, design = read_weights(out, SENSOR), load(file).design
     assert isinstance(design, LearnedDesign)
     assert found.prior[running.ROUNDING] == Rounding(design).facts
-    assert found.prior["training.rate"] == pytest.approx(0.2 * loop.RATE)
+    assert found.prior["training.rate"] == pytest.approx(0.5 * loop.RATE)
     before, after = (
         held_out(
             SENSOR, partial(Trainer(SENSOR, (6, 4), 3, lambda pieces: None, rounding=each).outputs, each.start), 50
