@@ -35,7 +35,7 @@ FINER = 3
 """Bits above those of b: the terms of a unit cancel, so it is far smaller than it might be, and needs a finer grid."""
 
 LONG = 18
-"""Bits of coefficients that need not fill their words: a unit's are shorter by what makes it as large as others."""
+"""Bits of coefficients that are enough for units of one range; shorter ones have to fill their words."""
 
 OF_FORCES = ("inverse", *OPERATORS["field"])
 """Operators that only the forces at the taxels need."""
