@@ -12,6 +12,7 @@
 #              every estimator on identical frames, TFRA's sources of error, offsets and dead taxels
 # make calibration
 #              tfra calibrate on a thousand simulated sensors, docs/calibration.md (half an hour)
+# make rounded the learned estimator's word lengths, with and without a training that knows them, docs/training.md
 # make cores, make speed
 #              cycles of cores by their lanes; speed and memory of the models
 # make cortex  instructions and memory of cores in C on a Cortex-M7
@@ -31,7 +32,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end calibration cores speed cortex estimates axi_cost skin_cycles
+CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles
 
 .PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:

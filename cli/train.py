@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tfra.codegen.config.weights import Trained
     from tfra.train.known import Known
     from tfra.train.loop import State
+    from tfra.train.rounding import Rounding
     from tfra.train.run import Advance
 
 KINDS = ("missed", "invented")
@@ -34,6 +35,9 @@ Steps = Annotated[
 ]
 CalibrationFile = Annotated[
     Path | None, typer.Option("--calibration", metavar="CAL.toml", help="Train for the one sensor of this file.")
+]
+Rounded = Annotated[
+    bool, typer.Option("--rounded", help="Train CONFIG's weights on, with the roundings of its core; 40,000 steps.")
 ]
 Channels = Annotated[
     tuple[int, int] | None,
@@ -54,6 +58,7 @@ def train(
     seed: Seed = 1,
     channels: Channels = None,
     calibration: CalibrationFile = None,
+    rounded: Rounded = False,
     work: WorkFolder = None,
     force: Force = False,
     json: Json = False,
@@ -62,26 +67,33 @@ def train(
 
     Of a skin it is that of a window: the same weights serve every skin with this pitch, cover and window.  Those of a
     calibration are for one array, with its errors of gains, its cover and its dead taxels.  Better weights of the
-    same sensor are kept, and the new ones written beside them.
+    same sensor are kept, and the new ones written beside them.  Rounded weights are for the word lengths of [formats].
     """
     require("tfra train", "train", "threadpoolctl")
     if minutes is not None and steps is not None:
         raise InputError("tfra train", "--minutes", "and --steps exclude each other")
-    from tfra.codegen.config.read import load_tfra
+    from tfra.codegen.config.read import load, load_tfra
     from tfra.codegen.config.weights import write_weights
     from tfra.runtime.outputs import check_file
     from tfra.train.known import UNKNOWN
     from tfra.train.loop import DivergedError
+    from tfra.train.rounding import EXACT
     from tfra.train.run import Budget, run
 
-    project = load_tfra(config)
+    project = load(config) if rounded else load_tfra(config)
     window = project.skin is not None
-    units = channels or ((96, 48) if window else (48, 24))
+    rounding = _rounding(project, channels) if rounded else EXACT
+    units = rounding.counts or channels or ((96, 48) if window else (48, 24))
     budget = Budget(units, seed, steps, minutes, window)
     known = _known(calibration, project) if calibration else UNKNOWN
-    check_file(out, ".npz", "train", [config, *([calibration] if calibration else [])])
+    inputs = [
+        config,
+        *([calibration] if calibration else []),
+        *([config.parent / str(project.weights)] if rounded else []),
+    ]
+    check_file(out, ".npz", "train", inputs)
     with failures("train", DivergedError, hint=": another --seed may help"):
-        trained = run(project.design.sensor, budget, work or Path(f"{out}.work"), _progress, known)
+        trained = run(project.design.sensor, budget, work or Path(f"{out}.work"), _progress, known, rounding)
     kept = None if force else _better(out, trained)
     to = out.with_suffix(".new.npz") if kept else out
     write_weights(to, trained)
@@ -94,6 +106,26 @@ def train(
     if kept:
         print_error(f"tfra train: {InputError(out, '', f'{kept}; the new ones are {to.name}, --force replaces')}")
         raise typer.Exit(1)
+
+
+def _rounding(project: Project, channels: tuple[int, int] | None) -> Rounding:
+    """The word lengths of CONFIG's core; raises ``InputError`` where rounding has no weights or nothing to do."""
+    from tfra.model.fixed.learned.design import LearnedDesign
+    from tfra.model.fixed.learned.operators import LONG
+    from tfra.train.rounding import SIGNALS, Rounding
+
+    design = project.design
+    if not isinstance(design, LearnedDesign):
+        raise InputError(
+            project.path, "estimator.kind", '"learned" is needed, with the weights to begin with, by --rounded'
+        )
+    if channels:
+        raise InputError("tfra train", "--channels", "are those of CONFIG's weights, by --rounded")
+    shortest = min(design.formats.bits(name) for name in SIGNALS)
+    if shortest >= LONG:
+        reason = f"words of {shortest} bits or more lose nothing that a training could learn, by --rounded"
+        raise InputError(project.path, "formats", reason)
+    return Rounding(design)
 
 
 def _known(file: Path, project: Project) -> Known:
@@ -125,17 +157,18 @@ def _known(file: Path, project: Project) -> Known:
 
 
 def _better(file: Path, trained: Trained) -> str | None:
-    """Say that the weights in ``file`` are of the same sensor and calibration with a smaller error, if they are."""
+    """Say that the weights in ``file`` are of the same sensor, calibration and word lengths with a smaller error."""
     from tfra.codegen.config.weights import read_weights
     from tfra.train.heldout import QUIET
-    from tfra.train.run import CALIBRATION
+    from tfra.train.run import CALIBRATION, ROUNDING
 
     key = f"force_percent_50_at_{QUIET:g}"
     try:
         stored = read_weights(file, trained.sensor, trained.window)
     except InputError:  # no weights, or those of another sensor
         return None
-    known, same = stored.held_out, stored.prior.get(CALIBRATION) == trained.prior.get(CALIBRATION)
+    known = stored.held_out
+    same = all(stored.prior.get(fact) == trained.prior.get(fact) for fact in (CALIBRATION, ROUNDING))
     if not same or key not in known or known[key] >= trained.held_out[key]:
         return None
     return f"has better weights, with a held-out error of {known[key]:.1f} % of |F|, not {trained.held_out[key]:.1f} %"

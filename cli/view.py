@@ -33,6 +33,7 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
     """
     require("tfra view", "view", "plotly")
     from tfra.runtime.outputs import check_file, write_text
+
     check_file(out, ".html", "view", results)
     text, chosen = _page(results, lambda count: _selected(frames, every, count))
     write_text(out, text, "view")

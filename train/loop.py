@@ -18,15 +18,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tfra.model.arrays import Singles
+from tfra.model.arrays import Floats, Singles
 from tfra.model.fixed.repair import filled
-from tfra.model.learned.network import outputs
 from tfra.model.sensor import SensorArray
 from tfra.train.augment import augmented, broken
 from tfra.train.known import UNKNOWN, Known
-from tfra.train.network import Shape, loss_and_gradient
+from tfra.train.network import Shape, estimates, loss_and_gradient
 from tfra.train.patches import Patches
 from tfra.train.pool import Pool
+from tfra.train.rounding import EXACT, Exact
 
 BATCH = 512
 
@@ -108,8 +108,10 @@ class Trainer:
         advance: Callable[[int], None],
         simulate: Simulate = Pool.simulate,
         known: Known = UNKNOWN,
+        rounding: Exact = EXACT,
     ) -> None:
         self.shape = Shape(sensor, counts)
+        self._rounding = rounding
         self._scale = self.shape.scale
         self._seed = seed
         self._known = known
@@ -120,17 +122,25 @@ class Trainer:
 
     def first(self) -> State:
         """The state before the first step."""
-        vector = self.shape.start(np.random.default_rng((self._seed, _START)))
+        start = self._rounding.start
+        vector = self.shape.start(np.random.default_rng((self._seed, _START))) if start is None else start.copy()
         return State(vector, np.zeros_like(vector), np.zeros_like(vector), vector.copy())
 
+    def outputs(self, vector: Singles, n: Floats) -> Floats:
+        """Outputs ``(k, 4)`` of the rounded network for the normal forces ``n (k, m)``."""
+        inputs = self._rounding.operand("first", self.shape.folded(n.astype(np.float32)))
+        return estimates(self.shape.split(vector), inputs, self._rounding).astype(np.float64)
+
     def run(self, steps: int, state: State, report: Callable[[State], None]) -> None:
-        """Train ``state`` until it has done ``steps``, or the validation set has shown no progress for long.
+        """Train ``state`` until it has done ``steps``, or the validation set has shown no progress for long, if
+        they began at random.
 
         ``report`` sees the state after every step.  Raises ``DivergedError``.
         """
+        begun = self._rounding.counts is not None  # such weights get worse before they get better
         with threadpool_limits(1), ThreadPoolExecutor(1) as thread:
             following = thread.submit(self._draw, state.step)
-            while state.step < steps and state.patient(steps):
+            while state.step < steps and (begun or state.patient(steps)):
                 batch, following = following.result(), thread.submit(self._draw, state.step + 1)
                 self._advance(steps, state, batch)
                 if state.step % CHECK == 0 or state.step == steps:
@@ -155,11 +165,11 @@ class Trainer:
         weight[broken(n, rng, known.dead)] = 0.0
         n = filled(n, known.repairs)
         scale = 1 / np.abs(n).sum(axis=1, keepdims=True)
-        return self.shape.folded(n * scale), forces * scale, weight
+        return self._rounding.operand("first", self.shape.folded(n * scale)), forces * scale, weight
 
     def _advance(self, steps: int, state: State, batch: Batch) -> None:
         with np.errstate(all="ignore"):  # values that are not finite are refused below
-            loss, parts = loss_and_gradient(self.shape.split(state.vector), *batch)
+            loss, parts = loss_and_gradient(self.shape.split(state.vector), *batch, self._rounding)
         gradient: Singles = np.concatenate([part.ravel() for part in parts])
         gradient /= np.float32(BATCH)
         if not (math.isfinite(loss) and np.isfinite(gradient).all()):
@@ -167,12 +177,12 @@ class Trainer:
         state.step += 1
         state.loss += loss / BATCH
         change = update(self.shape, gradient, state.mean, state.square, state.step)
-        state.vector -= np.float32(_rate(state.step, steps)) * self._scale * change
+        state.vector -= np.float32(self._rounding.pace * _rate(state.step, steps)) * self._scale * change
 
     def _validate(self, state: State) -> None:
         inputs, forces, weight = self._validation
-        estimates = outputs(self.shape.split(state.vector), inputs)[:, :3]
-        each = np.linalg.norm(estimates - forces, axis=1) / np.linalg.norm(forces, axis=1)
+        found = estimates(self.shape.split(state.vector), inputs, self._rounding)[:, :3]
+        each = np.linalg.norm(found - forces, axis=1) / np.linalg.norm(forces, axis=1)
         error = np.average(each, weights=weight[:, 0])
         since = state.step - (state.curve[-1][0] if state.curve else 0)
         if all(error < row[2] for row in state.curve):

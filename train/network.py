@@ -5,14 +5,16 @@ Parameters are :class:`tfra.model.learned.network.Folded`; the parity is the fir
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from tfra.model.arrays import Singles
+from tfra.model.arrays import Bools, Singles
 from tfra.model.choices import SERIAL, Choices
 from tfra.model.fixed.butterfly import taxel_index
 from tfra.model.learned.network import MIRRORS, OUTPUTS, READ, Folded, Weights, butterfly_first, layer, read
 from tfra.model.sensor import SensorArray
+from tfra.train.rounding import EXACT, Exact
 
 SMOOTH, TANGENTIAL = 1e-3, 1.5
 """The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|, where dF_x and dF_y count ``TANGENTIAL`` times."""
@@ -82,8 +84,31 @@ class Shape:
         return Weights(*(each.astype(np.float64) for each in (*layers, part.read2, part.read1, direct)))
 
 
+def estimates(parameters: Folded[Singles], inputs: Singles, rounding: Exact = EXACT) -> Singles:
+    """Outputs ``(k, 4)`` for the parities ``inputs (4, k, Q)`` of frames, with parameters that are rounded."""
+    return _passed(rounding.forward(parameters).parameters, inputs, rounding).outputs
+
+
+class _Pass(NamedTuple):
+    """Units of a forward pass, which of them are above zero at the mirrors, and its outputs."""
+
+    h1: Singles
+    above1: Bools
+    h2: Singles
+    above2: Bools
+    outputs: Singles
+
+
+def _passed(parameters: Folded[Singles], inputs: Singles, rounding: Exact) -> _Pass:
+    h1, above1 = layer(inputs, parameters.first)
+    h1 = rounding.operand("second", h1)
+    h2, above2 = layer(h1, parameters.second)
+    h2 = rounding.operand("read", h2)
+    return _Pass(h1, above1, h2, above2, read(parameters, h2, h1, inputs))
+
+
 def loss_and_gradient(
-    parameters: Folded[Singles], inputs: Singles, forces: Singles, weight: Singles
+    vector: Folded[Singles], inputs: Singles, forces: Singles, weight: Singles, rounding: Exact = EXACT
 ) -> tuple[float, Folded[Singles]]:
     """The loss of a batch, and the gradient that a step follows.
 
@@ -94,9 +119,8 @@ def loss_and_gradient(
     target is |dF| of the present parameters, a constant for the gradient.  Where the weight is below one, it is
     ``UNEXPLAINED`` |F| at least.
     """
-    h1, above1 = layer(inputs, parameters.first)
-    h2, above2 = layer(h1, parameters.second)
-    estimates = read(parameters, h2, h1, inputs)
+    parameters, scale = rounding.forward(vector)
+    h1, above1, h2, above2, estimates = _passed(parameters, inputs, rounding)
     modulus = np.linalg.norm(forces, axis=1, keepdims=True)
     error = (estimates[:, :3] - forces) / modulus
     stretched = error * _STRETCH
@@ -112,4 +136,4 @@ def loss_and_gradient(
         h1.swapaxes(1, 2) @ back2,
         *((back.T @ h)[READ, range(len(OUTPUTS))] for h in (h2, h1, inputs)),
     )
-    return float((weight * each).sum()), gradient
+    return float((weight * each).sum()), Folded(*(part * each for part, each in zip(gradient, scale, strict=True)))

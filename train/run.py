@@ -26,9 +26,7 @@ from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer
 from tfra.train.network import DOUBT, TANGENTIAL, UNEXPLAINED
 from tfra.train.patches import Patches
 from tfra.train.pool import Pool
-
-STEPS = 120_000
-"""Steps without a budget."""
+from tfra.train.rounding import EXACT, Exact
 
 SAVE_EVERY = 5.0
 """Seconds between two states in the working folder."""
@@ -37,8 +35,8 @@ TRIED = 100
 """Steps that are measured to make steps of minutes."""
 
 
-CALIBRATION = "training.calibration"
-"""The fact that only trainings for one sensor have."""
+CALIBRATION, ROUNDING = "training.calibration", "training.rounding"
+"""The facts that only trainings for one sensor, or for the word lengths of a core, have."""
 
 
 class Advance(Protocol):
@@ -53,7 +51,7 @@ Reporter = Callable[[str, int, int], AbstractContextManager[Advance]]
 
 @dataclass(frozen=True)
 class Budget:
-    """The user's choices: C1 and C2, the seed, and either steps or minutes, else ``STEPS``.
+    """The user's choices: C1 and C2, the seed, and either steps or minutes, else those of the rounding.
 
     ``window``: the array is the window of a skin.
     """
@@ -66,22 +64,29 @@ class Budget:
 
 
 def run(
-    sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter, known: Known = UNKNOWN
+    sensor: SensorArray,
+    budget: Budget,
+    folder: Path,
+    reporter: Reporter,
+    known: Known = UNKNOWN,
+    rounding: Exact = EXACT,
 ) -> Trained:
     """Train the network of ``sensor``; the state is stored in ``folder``, where the same training continues.
 
-    Its frames, and those of the errors, are of the array that is ``known``, which is no window.
+    Its frames, and those of the errors, are of the array that is ``known``, which is no window.  The errors are those
+    after ``rounding``, which has the counts of the ``budget``.
 
     Raises ``InputError`` for a folder that can't be used, and :class:`tfra.train.loop.DivergedError`.
     """
-    store, name = Store(folder), f"{digest(repr((sensor, budget, known.facts)))}.state"
+    facts = (sensor, budget, known.facts, *([rounding.facts] if rounding.facts else []))
+    store, name = Store(folder), f"{digest(repr(facts))}.state"
     acting = known.under_cover(sensor)
     simulate = Patches.simulate if budget.window else partial(Pool.simulate, known=known.cover)
     with work_folder(folder, "training", fingerprint()):
         stored = _load(store, name)
         with reporter("simulating", COVERS, 0) as advance:
-            trainer = Trainer(acting, budget.counts, budget.seed, advance, simulate, known)
-        steps = budget.steps or STEPS
+            trainer = Trainer(acting, budget.counts, budget.seed, advance, simulate, known, rounding)
+        steps = budget.steps or rounding.steps
         if stored is None and budget.minutes is not None:
             steps = max(TRIED, round(60 * budget.minutes / trainer.seconds(TRIED)))
         steps, state = stored or (steps, trainer.first())
@@ -98,7 +103,7 @@ def run(
             trainer.run(steps, state, report)
         _save(store, name, steps, state)
     weights = trainer.shape.weights(state.best)
-    network = Network(sensor, weights)
+    network = partial(trainer.outputs, state.best) if rounding.facts else Network(sensor, weights)
     curve = np.array(state.curve, np.float64).reshape(-1, 3)
     tests = skins if budget.window else heldout
 
@@ -109,7 +114,7 @@ def run(
         sensor,
         weights,
         tests.threshold(acting, estimate),
-        training_facts(budget, steps, known),
+        training_facts(budget, steps, known, rounding),
         tests.held_out(acting, estimate),
         curve,
         budget.window,
@@ -140,10 +145,11 @@ def fingerprint() -> str:
     return digest(version("tfra"), *sources(codegen, model, runtime, train))
 
 
-def training_facts(budget: Budget, steps: int, known: Known) -> dict[str, JsonValue]:
+def training_facts(budget: Budget, steps: int, known: Known, rounding: Exact = EXACT) -> dict[str, JsonValue]:
     """Return the distribution of the training's frames, and the numbers that repeat the training.
 
-    What is known of a sensor, ``CALIBRATION``, is there only if it is, and in the place of thickness, nu and gains.
+    What is known of a sensor, ``CALIBRATION``, is there only if it is, and in the place of thickness, nu and gains;
+    ``ROUNDING`` only if there is one.
     """
     numbers: dict[str, JsonValue] = {
         f"{section}.{name.lower()}": list(value) if isinstance(value, tuple) else value
@@ -152,7 +158,16 @@ def training_facts(budget: Budget, steps: int, known: Known) -> dict[str, JsonVa
         if name.isupper() and isinstance(value, float | int | tuple)
     }
     loss = {"tangential": TANGENTIAL, "doubt": DOUBT, "unexplained": UNEXPLAINED}
-    training = {"steps": steps, "seed": budget.seed, "batch": BATCH, "rate": RATE, "covers": CHUNKS, **loss}
+    training = {
+        "steps": steps,
+        "seed": budget.seed,
+        "batch": BATCH,
+        "rate": RATE * rounding.pace,
+        "covers": CHUNKS,
+        **loss,
+    }
     if known.facts:
         numbers[CALIBRATION] = known.facts
+    if rounding.facts:
+        numbers[ROUNDING] = dict(rounding.facts)
     return numbers | {f"training.{name}": value for name, value in training.items()}

@@ -15,6 +15,7 @@ from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import Trained, read_weights
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import any_contacts
+from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
@@ -23,6 +24,7 @@ from tfra.train import heldout, loop, patches, pool, skins
 from tfra.train import run as running
 from tfra.train.heldout import held_out, threshold
 from tfra.train.loop import State, Trainer
+from tfra.train.rounding import Rounding
 from tfra.train.run import Advance, Budget, fingerprint, run
 
 SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
@@ -289,9 +291,72 @@ def test_a_window_has_no_calibration(config: Path, capsys: pytest.CaptureFixture
     assert capsys.readouterr().err == f"tfra train: {reason}\n"
 
 
+def rounded(config: Path, formats: str) -> Path:
+    """CONFIG of a core with the weights ``start.npz``, which are trained for a few steps."""
+    words = ["train", str(config), "--out", str(config.parent / "start.npz"), "--steps", "40", "--channels", "6", "4"]
+    assert main(words) == 0
+    file = config.parent / "core.toml"
+    file.write_text(f'{CONFIG}[estimator]\nkind = "learned"\nweights = "start.npz"\n[formats]\n{formats}\n')
+    return file
+
+
+def test_a_training_for_short_words(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It begins with CONFIG's weights, leaves a network that is better in these words, and says which they are."""
+    file = rounded(config, "coefficient_bits = 6\n[formats.signals]\noperand.first = 8")
+    out = config.parent / "short.npz"
+    assert main(["train", str(file), "--out", str(out), "--rounded", "--steps", "100"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"{out}: 6/4 units, 100 steps"
+    found, design = read_weights(out, SENSOR), load(file).design
+    assert isinstance(design, LearnedDesign)
+    assert found.prior[running.ROUNDING] == Rounding(design).facts
+    assert found.prior["training.rate"] == pytest.approx(0.5 * loop.RATE)
+    before, after = (
+        held_out(
+            SENSOR, partial(Trainer(SENSOR, (6, 4), 3, lambda pieces: None, rounding=each).outputs, each.start), 50
+        )
+        for each in (Rounding(design), Rounding(replace(design, weights=found.weights)))
+    )
+    assert after["force_percent_50_at_0.001"] < before["force_percent_50_at_0.001"]
+    assert after == pytest.approx(dict(found.held_out), rel=1e-2)
+
+
+def test_an_interrupted_training_for_short_words_continues(config: Path, tmp_path: Path) -> None:
+    design = load(rounded(config, "coefficient_bits = 6")).design
+    assert isinstance(design, LearnedDesign)
+    train = partial(run, SENSOR, BUDGET, rounding=Rounding(design))
+    whole = train(tmp_path / "whole", silent)
+    with pytest.raises(Cut):
+        train(tmp_path / "cut", cutting(33))
+    assert same(whole, train(tmp_path / "cut", silent))
+    assert not same(whole, run(SENSOR, BUDGET, tmp_path / "cut", silent))
+
+
+@pytest.mark.parametrize(
+    ("formats", "more", "words"),
+    [
+        ("", [], ": formats: words of 18 bits or more lose nothing that a training could learn, by --rounded"),
+        ("coefficient_bits = 8", ["--channels", "6", "4"], ": --channels: are those of CONFIG's weights, by --rounded"),
+        ("coefficient_bits = 8", ["--out", "start.npz"], "start.npz"),
+    ],
+)
+def test_a_training_for_short_words_that_has_nothing_to_do(
+    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+    formats: str, more: list[str], words: str,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(config.parent)
+    file, before = rounded(config, formats), (config.parent / "start.npz").read_bytes()
+    capsys.readouterr()
+    assert main(["train", str(file), "--out", "short.npz", "--rounded", *more]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line
+    assert (config.parent / "start.npz").read_bytes() == before
+    assert not (config.parent / "short.npz").exists()
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [
+        (["--rounded"], ': estimator.kind: "learned" is needed, with the weights to begin with, by --rounded'),
         (["--steps", "5", "--minutes", "1"], "tfra train: --minutes: and --steps exclude each other"),
         (["--steps", "0"], "should be greater than or equal to 1"),
         (["--channels", "0", "4"], "should be greater than or equal to 1"),

@@ -12,6 +12,8 @@ F_y in the parities that they read, and the uncertainty.  A quarter in every ope
 the factor of its butterfly.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
@@ -32,6 +34,9 @@ OPERATORS = {
 
 FINER = 3
 """Bits above those of b: the terms of a unit cancel, so it is far smaller than it might be, and needs a finer grid."""
+
+LONG = 18
+"""Bits of coefficients that are enough for units of one range; shorter ones have to fill their words."""
 
 OF_FORCES = ("inverse", *OPERATORS["field"])
 """Operators that only the forces at the taxels need."""
@@ -59,8 +64,8 @@ def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[
 
 
 def network_rows(choices: Choices, weights: Weights) -> dict[str, Floats]:
-    """The network's operators by name, as :func:`balanced_rows`."""
-    return dict(zip(NAMES, balanced_rows(fold(choices, weights)), strict=True))
+    """The network's operators by name, as the rows of :func:`balanced`."""
+    return dict(zip(NAMES, balanced(choices, fold(choices, weights)).rows, strict=True))
 
 
 def field_matrices(sensor: SensorArray) -> dict[str, tuple[Floats, int]]:
@@ -73,19 +78,47 @@ def field_matrices(sensor: SensorArray) -> dict[str, tuple[Floats, int]]:
     }
 
 
-def balanced_rows(folded: Folded[Floats]) -> Folded[Floats]:
-    """The network as rows ``(n, 4, K)`` of operators, each layer's units brought to the same range.
+class Balanced(NamedTuple):
+    """The network as ``rows (n, 4, K)`` of operators; units of the layers are smaller by ``first`` and ``second``."""
+
+    rows: Folded[Floats]
+    first: Floats
+    second: Floats
+
+
+def balanced(choices: Choices, folded: Folded[Floats]) -> Balanced:
+    """The network as rows of operators, with each layer's units brought to about the same range.
 
     A unit of a layer can be made smaller and its weights in the next layers larger, without another result.  Here all
     units share one grid: those of the first layer exceed a word of b by ``FINER`` bits at most, those of the second do
     not exceed the first's.
     """
+    bits = choices.formats.bits
     first, second = np.moveaxis(folded.first, -1, 0), np.moveaxis(folded.second, -1, 0)
-    size1 = unit_gain(first) / 2**FINER
+    size1 = _unit_sizes(first, bits("coefficient.first"), 2.0**FINER)
     second = second * size1
-    size2 = unit_gain(second)
+    size2 = _unit_sizes(second, bits("coefficient.second"), 1.0)
     reads = (output_rows(read) for read in (folded.read2 * size2, folded.read1 * size1, folded.direct))
-    return Folded(first / size1[:, None, None], second / size2[:, None, None], *reads)
+    rows = Folded(first / size1[:, None, None], second / size2[:, None, None], *reads)
+    return Balanced(rows, size1, size2)
+
+
+def rounded(choices: Choices, folded: Folded[Floats]) -> Balanced:
+    """The same, with coefficients that words of their length can stand for."""
+    exact = balanced(choices, folded)
+    words = (_words(choices, name, rows) for name, rows in zip(NAMES, exact.rows, strict=True))
+    return exact._replace(rows=Folded(*(rows / 2.0**fraction for rows, fraction in words)))
+
+
+def _unit_sizes(rows: Floats, bits: int, most: float) -> Floats:
+    """What divides each of ``rows (n, 4, K)``, coefficients of ``bits``, so that no unit exceeds ``most``.
+
+    Long words allow for units of one range.  In short ones the largest coefficient of each unit fills its word, within
+    as many bits as the word is shorter than ``LONG``; the last factor of ``full`` keeps quotients from exceeding it.
+    """
+    gain, full = unit_gain(rows), (1 - 2.0 ** (2 - bits)) * (1 - 1e-9)
+    size = np.maximum(np.abs(rows).max(axis=(1, 2)) / full, gain / 2.0 ** max(0, LONG - bits))
+    return np.asarray(size * 2.0 ** np.ceil(np.log2((gain / size).max() / most)))
 
 
 def unit_gain(rows: Floats | Ints) -> Floats:
@@ -111,8 +144,13 @@ def outputs(quads: Ints) -> Ints:
 
 
 def _operator(choices: Choices, name: str, rows: Floats) -> Operator:
-    """Quantise, in the order of the array where the operand is a vector over it."""
-    bits, over_array = choices.formats.bits(f"coefficient.{name}"), name in OPERATORS["first"]
-    words, fraction = quantise_rows(choices, rows, bits) if over_array else nearest_rows(rows, bits)
+    """Quantise ``rows``."""
+    words, fraction = _words(choices, name, rows)
     gain, folded = unit_gain(words).max() / MIRRORS, np.abs(words).sum(axis=-1).max()
     return Operator(name, words, EE, fraction, float(gain) / 2.0**fraction, float(folded) / 2.0**fraction)
+
+
+def _words(choices: Choices, name: str, rows: Floats) -> tuple[Ints, int]:
+    """Coefficient words, in the order of the array where the operand is a vector over it, and their fraction bits."""
+    bits, over_array = choices.formats.bits(f"coefficient.{name}"), name in OPERATORS["first"]
+    return quantise_rows(choices, rows, bits) if over_array else nearest_rows(rows, bits)

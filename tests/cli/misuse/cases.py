@@ -294,6 +294,7 @@ _OTHER = '{"generator": "tfra 0.0.1", "sources": "0123456789abcdef"}'
 TRAINING = [
     Misuse("frames as the place of weights", nothing, "train skin.toml --out frames.npz"),
     Misuse("steps and minutes", nothing, f"{TRAIN} --steps 9 --minutes 9"),
+    Misuse("word lengths without weights", nothing, f"{TRAIN} --rounded"),
     Misuse(
         "a calibration of another array",
         raw("cal.toml", b'form = "tfra-calibration-1"\ndead = [[7, 0]]\n'),

@@ -9,6 +9,7 @@ from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.model.choices import Adc, Formats
 from tfra.model.fixed.learned.bounds import bounds, total_bits
 from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.learned.operators import unit_gain
 from tfra.model.fixed.numbers import signed_bits
 
 
@@ -73,6 +74,30 @@ def test_units_have_one_size_whatever_the_weights_are(exponent: int) -> None:
     other.weights.second[:] /= 2.0**exponent
     codes = codes_of(design, 30, seed=1)
     assert np.array_equal(design.model(codes).words, other.model(codes).words)
+
+
+@pytest.mark.parametrize("bits", [6, 8, 10])
+def test_units_fill_short_words(bits: int) -> None:
+    """The largest coefficient of each unit of a layer is the largest that its operator may have."""
+    formats = Formats("short", coefficient=bits, operand=18, vector_fraction=9, force_fraction=4)
+    design = learned_design(6, 6, (5, 4), seed=4, formats=formats)
+    for stack in ("first", "second"):
+        largest = np.abs(design.stacks[stack].operators[0].rows).max(axis=(1, 2))
+        most = (1 << (bits - 1)) - 2
+        assert (np.abs(largest - most) <= 1).all()  # the running sum moves a coefficient by one
+
+
+def test_units_of_long_words_have_one_range() -> None:
+    design = learned_design(6, 6, (5, 4), seed=4)
+    first, second = (gains(design, stack) for stack in ("first", "second"))
+    assert first == pytest.approx(8.0, rel=1e-3)
+    assert second == pytest.approx(1.0, rel=1e-3)
+
+
+def gains(design: LearnedDesign, stack: str) -> np.ndarray:
+    """Largest magnitude of each unit of a layer for operands up to one."""
+    op = design.stacks[stack].operators[0]
+    return unit_gain(op.rows) / 2.0**op.fraction
 
 
 def test_weights_of_zero() -> None:
