@@ -161,7 +161,7 @@ SECTIONS = (
         "Cost of a smaller error",
         "A dot is a design that the search measured; lower left is better. The step line is the smallest error for a "
         "cost. Blue dots are Pareto-optimal in all objectives. Point at a dot for its word lengths. Costs are "
-        "estimates; a thin line leads from a star to the cost measured after place and route.",
+        "estimates; a thin line leads from a diamond or star to the cost after synthesis, or place and route.",
         ("trials", "baseline"),
         (Chart("trials", trial_charts.trials, ("cost",)),),
         sentences=cheapest_trials,
@@ -169,9 +169,9 @@ SECTIONS = (
     Section(
         "designs",
         "Designs side by side",
-        "A row is a design; the first is float arithmetic on the same codes. A design is within the tolerance if, on "
-        "held-out frames, the 95th percentile of its total error exceeds that of float arithmetic by no more, in every "
-        "quantity. Costs are estimates, except placed ones.",
+        "A column is a design; the first is float arithmetic on the same codes. A design is within the tolerance if, "
+        "on held-out frames, the 95th percentile of its total error exceeds that of float arithmetic by no more, in "
+        "every quantity. Costs are estimates, except those synthesised or placed.",
         ("designs",),
     ),
 )
@@ -293,7 +293,7 @@ def _section(section: Section, tables: Tables) -> html.Section:
     filters = {name for chart in section.charts for name in chart.filters}
     for name in section.tables:
         if name in tables:
-            numbers = _grid(name, tables[name], filters)
+            numbers = _turned(name, tables[name]) if name == "designs" else _grid(name, tables[name], filters)
             folded = f"<details><summary>{_caption(name)}</summary>{numbers}</details>"
             parts.append(folded if section.charts else numbers)
     return html.Section(section.name, section.title, parts)
@@ -306,6 +306,13 @@ def _caption(table: str) -> str:
 def _chart(chart: Chart) -> str:
     title = f"<figcaption>{escape(chart.title)}</figcaption>" if chart.title else ""
     return f'<figure>{title}<div id="chart-{chart.name}"></div></figure>'
+
+
+def _turned(name: str, table: pl.DataFrame) -> str:
+    """A table of few rows with many columns: a column for each of its rows, under the first cell of each."""
+    first, *others = table.columns
+    rows = (html.row([column_label(each), *(cell_text(each, value) for value in table[each])], {0}) for each in others)
+    return html.grid(_caption(name), [column_label(first), *table[first]], [rows], {0}, table=name)
 
 
 def _grid(name: str, table: pl.DataFrame, filters: Collection[str]) -> str:

@@ -112,7 +112,7 @@ def range_of(observed: Observed) -> Row:
 
 def lengths_of(words: Ints) -> Row:
     """How many of ``words`` have so many bits beside the sign, by the number of bits as text."""
-    counts = np.bincount(bit_length(np.abs(words)).ravel(), minlength=LONGEST + 1)
+    counts = np.bincount(bit_length(words ^ (words >> 63)).ravel(), minlength=LONGEST + 1)
     return {str(bits): int(count) for bits, count in enumerate(counts)}
 
 

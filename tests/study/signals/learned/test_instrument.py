@@ -120,10 +120,10 @@ def test_decisions_are_compared_with_float(monkeypatch: pytest.MonkeyPatch) -> N
 def test_lengths_are_those_of_literal_words() -> None:
     design = DESIGNS["6×8"]
     codes = np.zeros((1, 6, 8), dtype=np.int64)
-    codes[0, 0, :3] = -2048, 3, 1  # of 12, 2 and 1 bits
+    codes[0, 0, :3] = -2048, 3, 1  # of 11, 2 and 1 bits beside the sign
     table = length_table(design, measures(design, codes))
     assert dict(table.filter(kind="signal", name="stress").select("significant_bits", "share").iter_rows()) == (
-        pytest.approx({0: 45 / 48, 1: 1 / 48, 2: 1 / 48, 12: 1 / 48})
+        pytest.approx({0: 45 / 48, 1: 1 / 48, 2: 1 / 48, 11: 1 / 48})
     )
     shares = table.group_by("kind", "name").agg(pl.sum("share"))
     np.testing.assert_allclose(shares["share"], 1)
