@@ -30,6 +30,10 @@ class BlockMemory:
     """Widths of its words, the widest first; two-port memories can't use the first."""
     parity: tuple[int, int] = (8, 9)
     """Bits of the unit that has a parity bit, without and with it; parity bits are used by words of whole units."""
+    enable: int = 9
+    """Bits that one write enable holds for; written words take whole units of it."""
+    cost: int = 128
+    """yosys' cost, which it compares with that of lookup tables."""
 
     def depth(self, width: int) -> int:
         """Words of ``width`` bits."""

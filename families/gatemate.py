@@ -20,7 +20,7 @@ FAMILY = Family(
         "FF": {"CC_DFF": 1},
         "BRAM": {"CC_BRAM_20K": 1, "CC_BRAM_40K": 2},
     },
-    memory=BlockMemory(16384, (40, 20, 10, 5, 2, 1), parity=(4, 5)),
+    memory=BlockMemory(16384, (40, 20, 10, 5, 2, 1), parity=(4, 5), enable=1),
     distributed=False,
     product_luts=_product,
     place_and_route=PlaceAndRoute(

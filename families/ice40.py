@@ -14,7 +14,7 @@ FAMILY = Family(
         "BRAM": {"SB_RAM40_4K.*": 1},
         "SPRAM": {"SB_SPRAM256KA": 1},
     },
-    memory=BlockMemory(4096, (16, 8, 4, 2), parity=(1, 1)),
+    memory=BlockMemory(4096, (16, 8, 4, 2), parity=(1, 1), enable=1, cost=64),
     distributed=False,
     multiplier=HardMultiplier((16, 16), shortest=(2, 11)),
     place_and_route=PlaceAndRoute(

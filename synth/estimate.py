@@ -18,7 +18,7 @@ from typing import Any
 
 from tfra.codegen.package.contents import Part
 from tfra.families import DEFAULT, FAMILIES, Family, Target, parts
-from tfra.families.family import HardMultiplier
+from tfra.families.family import BlockMemory, HardMultiplier
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
@@ -30,8 +30,8 @@ Counts = Callable[..., Mapping[str, CellCount]]
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
 
-_BLOCK_COST, _TABLE_COST = 128, 4
-"""Costs that yosys compares: of a block memory, and of a small one in lookup tables (``share/lattice/*rams_*.txt``)."""
+_TABLE_COST = 4
+"""yosys' cost of a small memory in lookup tables (``share/lattice/lutrams_trellis.txt``)."""
 
 _SELECT_COST = 0.5
 """Cost of each multiplexer bit between small memories; syntheses showed 0.2 to 0.8."""
@@ -76,27 +76,39 @@ class Placed:
 
 def place(memory: Memory, family: Family) -> Placed:
     """The cheaper mapping of ``memory`` by yosys' costs; constants may become logic."""
-    blocks, rows = _blocks(memory, family), -(-memory.depth // _WORDS)
+    cell = family.memory
+    ways = [_in_blocks(memory, cell, width) for width in (cell.widths[1:] if _shared(memory) else cell.widths)]
+    costs = [cell.cost * way.blocks + _SELECT_COST * way.levels for way in ways]
+    block = ways[costs.index(min(costs))]
+    rows = -(-memory.depth // _WORDS)
     if not memory.rom and not family.distributed:
-        return Placed(blocks, 0, 0, 0)
+        return block
     small = -(-memory.bits // _BITS) * rows * memory.reads
     levels = memory.bits * (rows - 1) * memory.reads
     cost, tables = _TABLE_COST * small + _SELECT_COST * levels, _TABLES * small
     if memory.rom:
         levels = 0
         cost = tables = -(-memory.depth * memory.bits // _WORDS) * memory.reads
-    if cost >= _BLOCK_COST * blocks:
-        return Placed(blocks, 0, 0, 0)
+    if cost >= min(costs):
+        return block
     return Placed(0, tables, memory.bits * memory.reads, levels)
 
 
-def _blocks(memory: Memory, family: Family) -> int:
-    """Two ports share constants, at half the width; other memories have a copy for each reader."""
-    shared = memory.rom and memory.reads == 2
-    block = family.memory
-    widths = block.widths[1:] if shared else block.widths
-    copies = 1 if shared else memory.reads
-    return copies * min(-(-memory.bits // w) * -(-memory.depth // block.depth(w)) for w in widths)
+def _shared(memory: Memory) -> bool:
+    """Whether two ports share the constants, at half the width; other memories have a copy for each reader."""
+    return memory.rom and memory.reads == 2
+
+
+def _in_blocks(memory: Memory, block: BlockMemory, width: int) -> Placed:
+    """Block memories whose words have ``width`` bits, in which rows of a deep memory lie side by side.
+
+    A row is as many words as the block has; multiplexers choose among rows.  Where words are written, each takes whole
+    units of the block's write enables.
+    """
+    rows, copies = -(-memory.depth // block.depth(width)), 1 if _shared(memory) else memory.reads
+    unit = 1 if memory.rom else min(block.enable, width)
+    bits = -(-memory.bits // unit) * unit
+    return Placed(copies * -(-rows * bits // width), 0, 0, memory.bits * (rows - 1) * memory.reads)
 
 
 def multipliers(widths: tuple[int, int], cell: HardMultiplier | None) -> int:

@@ -1,8 +1,8 @@
 """Fit the prices of ``tfra.synth.estimate`` to syntheses, and write its data files.
 
 ``python -m bench.parts.estimates [--kind serial] [--refit]`` synthesises every design of a grid, by default of both
-kinds of cores; those that are not fitted are compared with the fit.  With ``--refit`` the designs of the data file are
-counted anew, but not synthesised.
+kinds of cores; those that are not fitted are compared with the fit, and so are the twelve of :mod:`bench.parts.drawn`,
+of which docs/synth.md has a table.  With ``--refit`` the stored designs are counted anew, but not synthesised.
 
 A lookup table of a serial core is a logic cell of iCE40, as nextpnr packs them: there are a quarter more of them than
 lookup tables, since flip-flops behind block memories, multipliers and carries take cells of their own.
@@ -35,13 +35,12 @@ from tfra.synth.tools import run, versions
 
 @dataclass(frozen=True)
 class Grid:
-    """Designs of one kind on a part, the resources whose estimates are uncertain, and whether cells are packed."""
+    """Designs of one kind on a part, and the resources whose estimates are uncertain."""
 
     target: Target
     fitted: tuple[Design, ...]
     unseen: tuple[Design, ...]
     uncertain: tuple[str, ...]
-    packed: bool
 
 
 def parallel(rows: int, columns: int, mac: int, **others: Any) -> Design:
@@ -85,9 +84,9 @@ GRIDS = {
         (
             *(parallel(6, 4, 24, search=Search(30)), parallel(7, 9, 32), parallel(10, 10, 16)),
             *(preset("fast"), drawn(1), drawn(2)),
+            parallel(9, 9, 16, formats=replace(FORMATS["standard"], name="custom", coefficient=12)),
         ),
         ("LUT", "FF"),
-        packed=False,
     ),
     "serial": Grid(
         find("ice40up5k"),
@@ -107,21 +106,17 @@ GRIDS = {
             serial(7, 7, search=Search(200), formats=Formats("custom", 20, 20, 11, 6)),
         ),
         ("LUT", "FF", "BRAM"),
-        packed=True,
     ),
 }
 """By the kind of core."""
 
 
-def measure(subject: Design, grid: Grid) -> dict[str, Any]:
+def measure(subject: Design, target: Target) -> dict[str, Any]:
     """Features and resources of one design."""
-    target = grid.target
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         found = dict(synthesise(modules(subject, package=False, pins=True), target, folder).resources)
-        if grid.packed:
-            tool = target.family.place_and_route
-            assert tool
+        if (tool := target.family.place_and_route) and target.family.lut == "logic cell":
             run(tool.program, [*target.device, "--json", NETLIST, "--pack-only"], folder, "pack.log")
             (cells,) = re.findall(rf"{''.join(tool.bels['LUT'])}: +(\d+)/", (folder / "pack.log").read_text())
             found["LUT"] = int(cells)
@@ -162,7 +157,7 @@ def measured(grid: Grid) -> dict[str, Any]:
     for key in ("fitted", "unseen"):
         record[key] = []
         for subject in getattr(grid, key):
-            record[key].append(measure(subject, grid))
+            record[key].append(measure(subject, grid.target))
             print(record[key][-1], flush=True)
     return record
 

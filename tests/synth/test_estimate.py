@@ -33,6 +33,9 @@ MEMORIES = {
     Memory(1024, 36, 1, False): (2, 0),
     Memory(2048, 18, 2, True): (2, 0),
     Memory(2048, 18, 2, False): (4, 0),
+    Memory(1325, 12, 1, True): (1, 0),  # three rows of 512 words side by side, coefficients of a 10x10 core
+    Memory(1325, 13, 1, True): (2, 0),
+    Memory(1325, 12, 1, False): (2, 0),  # a written word takes two units of nine bits
 }
 """Block memories, and small ones of six lookup tables."""
 
@@ -43,6 +46,7 @@ def test_memories() -> None:
     assert place(Memory(101, 16, 1, True), ECP5) == Placed(0, tables=101, registers=16, levels=0)  # constants: logic
     assert place(Memory(8, 14, 1, False), ICE40).blocks == 1
     assert place(Memory(257, 18, 1, False), ICE40).blocks == 3
+    assert place(Memory(1325, 12, 1, True), ECP5).levels == 24
     assert place(Memory(512, 72, 1, False), FAMILIES["xilinx"]).blocks == 1
 
 
@@ -62,15 +66,15 @@ def test_multipliers(name: str) -> None:
 
 
 @pytest.mark.parametrize("key", ["fitted", "unseen"])
-@pytest.mark.parametrize(("kind", "blocks"), [("parallel", 0.1), ("serial", 0.2)])
-def test_prices_meet_the_measurements(kind: str, blocks: float, key: str) -> None:
-    """Sizes outside the fit too: LUT, FF and DSP within 10 %, BRAM within ``blocks``."""
+@pytest.mark.parametrize("kind", ["parallel", "serial"])
+def test_prices_meet_the_measurements(kind: str, key: str) -> None:
+    """Sizes outside the fit too: LUT and FF within 10 %, multipliers and memories exactly."""
     assert len(DATA[kind][key]) >= 2
     for row in DATA[kind][key]:
         found, measured = price(row["features"], prices(kind)), row["measured"]
-        for name in ("LUT", "FF", "DSP"):
+        for name in ("LUT", "FF"):
             assert found[name] == pytest.approx(measured[name], rel=0.1), (row["name"], name)
-        assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=blocks, abs=1), row["name"]
+        assert (found["DSP"], found["BRAM"]) == (measured["DSP"], measured["BRAM"]), row["name"]
 
 
 def test_errors_that_the_guide_states() -> None:
@@ -81,10 +85,9 @@ def test_errors_that_the_guide_states() -> None:
         "logic cells": ["LUT"],
         "flip-flops": ["FF"],
         "multipliers, block memories": ["DSP", "BRAM"],
-        "multipliers, memories of 256 kbit": ["DSP", "SPRAM"],
-        "block memories": ["BRAM"],
+        "multipliers, memories of both kinds": ["DSP", "BRAM", "SPRAM"],
     }
-    assert len(rows) == 7
+    assert len(rows) == 6
     for kind, what, *stated in rows:
         for key, text in zip(("fitted", "unseen"), stated, strict=True):
             errors = [
