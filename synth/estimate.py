@@ -190,6 +190,13 @@ class Estimate:
         rows = list(self.blocks.values())
         return {name: round(sum(row[name] for row in rows)) for name in rows[0]}
 
+    @property
+    def least(self) -> dict[str, int]:
+        """A lower bound on the resources of cores with more lanes, of which only the lanes' memories may be smaller."""
+        total = self.total
+        memories = round(self.blocks.get("matvec", {}).get("BRAM", 0))
+        return {**total, "LUT": total["LUT"] - self.constants, "BRAM": total["BRAM"] - memories}
+
 
 def estimate(array: Design | Skin, family: Family, *, package: bool = False, counts: Counts = cell_counts) -> Estimate:
     """Resources of a design or a skin on ``family``, with ``package`` behind its buses.
