@@ -44,5 +44,6 @@ TARGETS = (
         device=("--up5k", "--package", "sg48"),
         available={"LUT": 5280, "DSP": 8, "BRAM": 30, "SPRAM": 4},
         clock_mhz=30.0,
+        price="under 10",
     ),
 )

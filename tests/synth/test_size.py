@@ -211,12 +211,12 @@ def test_bounds_and_parts_out_of_reach(cheap: None, bounds: Bounds, available: d
             {"BRAM": 32, "DSP": 9},
             "DSP: about 9 are needed, ice40up5k has 8; BRAM: about 32 are needed, ice40up5k has 30",
         ),
-        ({"LUT": 5100}, ""),
-        ({"LUT": 5105}, "LUT: about 5,105, at most 5,284, are needed, ice40up5k has 5,280"),
+        ({"LUT": 5070}, ""),
+        ({"LUT": 5080}, "LUT: about 5,080, at most 5,284, are needed, ice40up5k has 5,280"),
     ],
 )
 def test_never_a_core_that_may_not_fit(monkeypatch: pytest.MonkeyPatch, used: dict[str, int], said: str) -> None:
-    """Estimates of lookup tables of serial cores are up to 3.5 % short; those of block memories never are."""
+    """Estimates of lookup tables of serial cores are up to 4.0 % short; those of block memories never are."""
 
     def cost(one: Design, family: object, **_: object) -> SimpleNamespace:
         total = {"LUT": 100, "FF": 1, "DSP": 8, "BRAM": 1, "SPRAM": 4, **used}
