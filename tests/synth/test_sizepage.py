@@ -49,8 +49,9 @@ USED = {"LUT": 1100, "FF": 90, "DSP": 7, "BRAM": 3}
 
 
 def test_lines() -> None:
-    off = prices().error
-    fitted = f"fitted to syntheses of parallel cores for ECP5, off by up to {100 * off['LUT']:.1f} % (LUT), {100 * off['FF']:.1f} % (FF)"
+    off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in prices().error.items())
+    fitted = f"fitted to syntheses of parallel cores for ECP5, off by up to {off}"
+    watts = power(USED, "parallel", 100.0, SIZING.target)
     most = at_most(USED, SIZING.target.family, "parallel")
     found = list(lines(SIZING))
     assert tomllib.loads("\n".join(found)) == config(SIZING)
@@ -65,7 +66,7 @@ def test_lines() -> None:
         "# estimated: 1,100 of 24,288 LUT (5%), 90 of 24,288 FF (0%), 7 of 28 DSP (25%), 3 of 56 BRAM (5%)",
         f"# at most, if as short as any estimate was: {most['LUT']:,} LUT, {most['FF']:,} FF",
         f"# a LUT is a LUT4 of ECP5; {fitted}",
-        f"# power, an estimate: {power(USED, 'parallel', 100.0, SIZING.target)}; logic, multipliers and memories come on top",
+        f"# power, an estimate: {watts}; logic, multipliers and memories come on top",
         f"# ecp5-25: 10 to 30 EUR a piece ({PRICED})",
         "# not chosen:",
         "#   serial: architecture.kind: too large",
@@ -79,6 +80,8 @@ def test_facts_say_the_same() -> None:
     assert (found["kind"], found["mac_lanes"], found["estimated"]["LUT"]) == ("parallel", 8, 1100)
     assert (found["frames_per_second"], found["latency_us"], found["interval"]) == (1e5, 15.0, 1000)
     assert found["available"] == find("ecp5-25").available
+    assert found["at_most"] == at_most(USED, SIZING.target.family, "parallel")
+    assert (found["price_class_eur"], found["least_power"]["rest_mw"]) == ("10 to 30", pytest.approx(84.7))
     assert (found["fitted_to"], found["relative_error"]) == ("ecp5", prices().error)
     assert [each["why"] for each in found["others"]] == [why for _, why in SIZING.others]
     assert found["others"][0]["frames_per_second"] is None
