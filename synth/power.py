@@ -28,7 +28,7 @@ _FLIP_PJ = {"ecp5": 25.1 / 100, "ice40": (641.3 - 613.5) * 1.219 / 12 / (7 * 2)}
 _CLOCK_PJ = {"ecp5": 0.0, "ice40": (613.5 - 85.6) * 1.219 / 12}
 """By family: energy of the clock network in a cycle."""
 
-TOGGLES = {"parallel": 0.0, "serial": 0.0}
+TOGGLES = {"parallel": 0.064, "serial": 0.07}
 """Toggles of a register bit a cycle, frame after frame: means of the presets (``python -m bench.parts.toggles``)."""
 
 
