@@ -31,7 +31,7 @@ def reasons(sizings: Sequence[Sizing]) -> list[str]:
 
 def _row(sizing: Sizing, names: Sequence[str]) -> list[object]:
     target = sizing.target
-    part = f"{target.name}\n{target.price} EUR" if target.price else target.name
+    part = f"{target.name},\n{target.price} EUR" if target.price else target.name
     if not (core := sizing.best):
         return [part, "none", *[None] * (3 + len(names))]
     assert core.speed
@@ -48,7 +48,7 @@ def _share(name: str, used: int, most: int, target: Target) -> str:
     """Lookup tables in full, with the most, and as a share of the part, others as a share; in full without its size."""
     part = f"{used / have:.0%}" if (have := target.available.get(name)) else ""
     if name == "LUT":
-        return ", ".join(filter(None, (f"{used:,}", part))) + f"\nat most {most:,}"
+        return ", ".join(filter(None, (f"{used:,}", part))) + f",\nat most {most:,}"
     return part or f"{used:,}"
 
 

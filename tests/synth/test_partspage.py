@@ -36,10 +36,10 @@ def test_table() -> None:
     found = table(PARTS)
     assert found.header == ["part", "core", "MHz", "frames/s", "last word / µs", "LUT", "FF", "DSP", "BRAM"]
     assert found.rows == [
-        ["ice40up5k\nunder 10 EUR", "serial", "100", "100,000", "15.0", f"4,224, 80%\n{most[0]}", "90", "88%", "10%"],
-        ["ecp5-85-6\n30 to 100 EUR", "serial", "100*", "100,000", "15.0", f"4,224, 5%\n{most[1]}", "0%", "4%", "1%"],
-        ["ecp5-25-6\n10 to 30 EUR", "none", *[None] * 7],
-        ["xc7", "parallel, 4 lanes, 1 word", "100*", "100,000", "15.0", f"8,364\n{most[3]}", "90", "7", "3"],
+        ["ice40up5k,\nunder 10 EUR", "serial", "100", "100,000", "15.0", f"4,224, 80%,\n{most[0]}", "90", "88%", "10%"],
+        ["ecp5-85-6,\n30 to 100 EUR", "serial", "100*", "100,000", "15.0", f"4,224, 5%,\n{most[1]}", "0%", "4%", "1%"],
+        ["ecp5-25-6,\n10 to 30 EUR", "none", *[None] * 7],
+        ["xc7", "parallel, 4 lanes, 1 word", "100*", "100,000", "15.0", f"8,364,\n{most[3]}", "90", "7", "3"],
     ]
     assert text(PARTS).endswith(f"\n{GUESS}\nEUR: {PRICED}\n{WHY}")
 
