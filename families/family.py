@@ -30,6 +30,10 @@ class BlockMemory:
     """Widths of its words, the widest first; two-port memories can't use the first."""
     parity: tuple[int, int] = (8, 9)
     """Bits of the unit that has a parity bit, without and with it; parity bits are used by words of whole units."""
+    enable: int = 9
+    """Bits that one write enable holds for; written words take whole units of it."""
+    cost: int = 128
+    """yosys' cost, which it compares with that of lookup tables."""
 
     def depth(self, width: int) -> int:
         """Words of ``width`` bits."""
@@ -117,6 +121,8 @@ class Family:
     """Does ``prepare`` move registers into block memories and multipliers?"""
     place_and_route: PlaceAndRoute | None = None
     """None where only yosys runs."""
+    more: float = 0.0
+    """Share of lookup tables that a measured core took beyond its estimate, by the prices of another family."""
     timing: str = ""
     """Why no clock frequency is reported; empty if one is."""
     gateware: Mapping[str, str] = field(default_factory=dict)
@@ -127,6 +133,10 @@ class Family:
     board: Board | None = None
     project: tuple[str, Mapping[str, Any]] = ("", {})
     """FuseSoC's flow for the family, and its options but for the part's."""
+
+
+PRICED = "a rough class: single pieces of the slowest grade at distributors, 2025"
+"""What a part's price is: one of "under 10", "10 to 30", "30 to 100", "over 100"; ask before you buy."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +157,8 @@ class Target:
     """... nextpnr's options for it."""
     floor: Any = None
     """Sites of the hard blocks, unless the placer chooses them."""
+    price: str = ""
+    """Class of the price of a piece in EUR, as :data:`PRICED`; empty if it stands for a whole family."""
 
     @property
     def part(self) -> str:

@@ -20,8 +20,9 @@ FAMILY = Family(
         "FF": {"CC_DFF": 1},
         "BRAM": {"CC_BRAM_20K": 1, "CC_BRAM_40K": 2},
     },
-    memory=BlockMemory(16384, (40, 20, 10, 5, 2, 1), parity=(4, 5)),
+    memory=BlockMemory(16384, (40, 20, 10, 5, 2, 1), parity=(4, 5), enable=1),
     distributed=False,
+    more=0.42,  # a serial core of 2 x 2 taxels: docs/synth.md
     product_luts=_product,
     place_and_route=PlaceAndRoute(
         program="yowasp-nextpnr-himbaechel-gatemate",
@@ -40,5 +41,12 @@ FAMILY = Family(
 )
 
 TARGETS = (
-    Target("gatemate-a1", FAMILY, ("--device", "CCGM1A1"), {"LUT": 40960, "FF": 40960, "BRAM": 64}, clock_mhz=25.0),
+    Target(
+        name="gatemate-a1",
+        family=FAMILY,
+        device=("--device", "CCGM1A1"),
+        available={"LUT": 40960, "FF": 40960, "BRAM": 64},
+        clock_mhz=25.0,
+        price="10 to 30",
+    ),
 )

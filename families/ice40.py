@@ -14,7 +14,7 @@ FAMILY = Family(
         "BRAM": {"SB_RAM40_4K.*": 1},
         "SPRAM": {"SB_SPRAM256KA": 1},
     },
-    memory=BlockMemory(4096, (16, 8, 4, 2), parity=(1, 1)),
+    memory=BlockMemory(4096, (16, 8, 4, 2), parity=(1, 1), enable=1, cost=64),
     distributed=False,
     multiplier=HardMultiplier((16, 16), shortest=(2, 11)),
     place_and_route=PlaceAndRoute(
@@ -44,5 +44,6 @@ TARGETS = (
         device=("--up5k", "--package", "sg48"),
         available={"LUT": 5280, "DSP": 8, "BRAM": 30, "SPRAM": 4},
         clock_mhz=30.0,
+        price="under 10",
     ),
 )

@@ -1,7 +1,7 @@
 """Candidate cores for a part and two bounds: speed, size, and why each was chosen or not."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tfra.families import Target
 from tfra.hdl.interface.microarchitecture import Microarchitecture
@@ -69,8 +69,8 @@ class Candidate:
     resources: Mapping[str, int] | None
     objections: tuple[str, ...]
     """Phrases why it can't be chosen."""
-    least: int = 0
-    """A lower bound on the lookup tables of cores with more lanes in the same line."""
+    least: Mapping[str, int] = field(default_factory=dict)
+    """A lower bound on the resources of cores with more lanes in the same line."""
 
     @property
     def title(self) -> str:

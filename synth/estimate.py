@@ -2,7 +2,7 @@
 
 Multipliers and memories follow yosys' mapping rules; lookup tables and flip-flops are sums of the
 operators that :mod:`tfra.synth.cell_count` finds in the design, each kind at the price fitted to syntheses: of parallel
-cores for ECP5, of serial cores for iCE40 (``python -m bench.parts.estimates``).
+cores for ECP5, of serial cores for iCE40 and for ECP5 (``python -m bench.parts.estimates``).
 Other families have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
 """
 
@@ -18,8 +18,7 @@ from typing import Any
 
 from tfra.codegen.package.contents import Part
 from tfra.families import DEFAULT, FAMILIES, Family, Target, parts
-from tfra.families.family import HardMultiplier
-from tfra.model.estimators import ESTIMATORS
+from tfra.families.family import BlockMemory, HardMultiplier
 from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
 from tfra.synth.cell_count import CellCount, Memory, cell_counts
@@ -30,8 +29,8 @@ Counts = Callable[..., Mapping[str, CellCount]]
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
 
-_BLOCK_COST, _TABLE_COST = 128, 4
-"""Costs that yosys compares: of a block memory, and of a small one in lookup tables (``share/lattice/*rams_*.txt``)."""
+_TABLE_COST = 4
+"""yosys' cost of a small memory in lookup tables (``share/lattice/lutrams_trellis.txt``)."""
 
 _SELECT_COST = 0.5
 """Cost of each multiplexer bit between small memories; syntheses showed 0.2 to 0.8."""
@@ -44,12 +43,11 @@ _WORDS, _BITS, _TABLES = 16, 4, 6
 class Prices:
     """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured.
 
-    ``family`` and ``estimator`` are those that they were fitted to.  ``error`` has either sign, ``short`` is the share
-    that a core takes more than estimated: an estimate that is never short has 0.
+    ``family`` is that which they were fitted to.  ``error`` has either sign, ``short`` is the share that a core takes
+    more than estimated: an estimate that is never short has 0.
     """
 
     family: str
-    estimator: str
     lut: Mapping[str, float]
     ff: float
     error: Mapping[str, float]
@@ -57,10 +55,11 @@ class Prices:
 
 
 @cache
-def prices(kind: str = "parallel") -> Prices:
-    """The fitted prices of cores of ``kind``."""
-    data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
-    return Prices(data["family"], data["estimator"], data["lut"], data["ff"], data["error"], data["short"])
+def prices(kind: str = "parallel", family: str = "") -> Prices:
+    """The prices of cores of ``kind`` that were fitted for ``family``, else those for the first family of all."""
+    own, first = (files("tfra.synth").joinpath(f"estimate_{name}.json") for name in (f"{kind}_{family}", kind))
+    data: dict[str, Any] = json.loads((own if own.is_file() else first).read_text())
+    return Prices(data["family"], data["lut"], data["ff"], data["error"], data["short"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,27 +75,39 @@ class Placed:
 
 def place(memory: Memory, family: Family) -> Placed:
     """The cheaper mapping of ``memory`` by yosys' costs; constants may become logic."""
-    blocks, rows = _blocks(memory, family), -(-memory.depth // _WORDS)
+    cell = family.memory
+    ways = [_in_blocks(memory, cell, width) for width in (cell.widths[1:] if _shared(memory) else cell.widths)]
+    costs = [cell.cost * way.blocks + _SELECT_COST * way.levels for way in ways]
+    block = ways[costs.index(min(costs))]
+    rows = -(-memory.depth // _WORDS)
     if not memory.rom and not family.distributed:
-        return Placed(blocks, 0, 0, 0)
+        return block
     small = -(-memory.bits // _BITS) * rows * memory.reads
     levels = memory.bits * (rows - 1) * memory.reads
     cost, tables = _TABLE_COST * small + _SELECT_COST * levels, _TABLES * small
     if memory.rom:
         levels = 0
         cost = tables = -(-memory.depth * memory.bits // _WORDS) * memory.reads
-    if cost >= _BLOCK_COST * blocks:
-        return Placed(blocks, 0, 0, 0)
+    if cost >= min(costs):
+        return block
     return Placed(0, tables, memory.bits * memory.reads, levels)
 
 
-def _blocks(memory: Memory, family: Family) -> int:
-    """Two ports share constants, at half the width; other memories have a copy for each reader."""
-    shared = memory.rom and memory.reads == 2
-    block = family.memory
-    widths = block.widths[1:] if shared else block.widths
-    copies = 1 if shared else memory.reads
-    return copies * min(-(-memory.bits // w) * -(-memory.depth // block.depth(w)) for w in widths)
+def _shared(memory: Memory) -> bool:
+    """Whether two ports share the constants, at half the width; other memories have a copy for each reader."""
+    return memory.rom and memory.reads == 2
+
+
+def _in_blocks(memory: Memory, block: BlockMemory, width: int) -> Placed:
+    """Block memories whose words have ``width`` bits, in which rows of a deep memory lie side by side.
+
+    A row is as many words as the block has; multiplexers choose among rows.  Where words are written, each takes whole
+    units of the block's write enables.
+    """
+    rows, copies = -(-memory.depth // block.depth(width)), 1 if _shared(memory) else memory.reads
+    unit = 1 if memory.rom else min(block.enable, width)
+    bits = -(-memory.bits // unit) * unit
+    return Placed(copies * -(-rows * bits // width), 0, 0, memory.bits * (rows - 1) * memory.reads)
 
 
 def multipliers(widths: tuple[int, int], cell: HardMultiplier | None) -> int:
@@ -124,14 +135,14 @@ def features(counts: CellCount, family: Family, kind: str = "parallel") -> dict[
     """Features that prices multiply: bits by kind, lookup tables of memories ``table``, register bits ``ff``.
 
     ``DSP``, ``BRAM`` and ``SPRAM`` are counts.  Where registers move into multipliers and memories, each takes one
-    word: a product, or the widest word of a memory.  A serial core has no such registers.
+    word: a product, unless it is split, or the widest word of a memory.  A serial core has no such registers.
     """
     cell, luts = family.multiplier, family.product_luts
     placed = [place(memory, family) for memory in counts.memories]
-    products, blocks = sum(multipliers(w, cell) for w in counts.multipliers), sum(p.blocks for p in placed)
+    products, blocks = [multipliers(w, cell) for w in counts.multipliers], sum(p.blocks for p in placed)
     inside = 0
     if family.registers and kind == "parallel":
-        inside = (sum(cell.widths) if cell else 0) * products + family.memory.widths[0] * blocks
+        inside = (sum(cell.widths) if cell else 0) * products.count(1) + family.memory.widths[0] * blocks
     operators = {kind: float(counts.operators[kind]) for kind in KINDS}
     operators["mux"] += sum(p.levels for p in placed)
     instances = tally(counts.instances, family)
@@ -139,7 +150,7 @@ def features(counts: CellCount, family: Family, kind: str = "parallel") -> dict[
         **operators,
         "table": sum(p.tables for p in placed) + sum(luts(*w) if luts else 0.0 for w in counts.multipliers),
         "ff": float(counts.registers + sum(p.registers for p in placed) - inside),
-        "DSP": products + instances.get("DSP", 0.0),
+        "DSP": sum(products) + instances.get("DSP", 0.0),
         "BRAM": blocks + instances.get("BRAM", 0.0),
         "SPRAM": instances.get("SPRAM", 0.0),
     }
@@ -178,6 +189,13 @@ class Estimate:
         rows = list(self.blocks.values())
         return {name: round(sum(row[name] for row in rows)) for name in rows[0]}
 
+    @property
+    def least(self) -> dict[str, int]:
+        """A lower bound on the resources of cores with more lanes, of which only the lanes' memories may be smaller."""
+        total = self.total
+        memories = round(self.blocks.get("matvec", {}).get("BRAM", 0))
+        return {**total, "LUT": total["LUT"] - self.constants, "BRAM": total["BRAM"] - memories}
+
 
 def estimate(array: Design | Skin, family: Family, *, package: bool = False, counts: Counts = cell_counts) -> Estimate:
     """Resources of a design or a skin on ``family``, with ``package`` behind its buses.
@@ -190,24 +208,31 @@ def estimate(array: Design | Skin, family: Family, *, package: bool = False, cou
         around = counted.keys() - counts(array.window, package=False).keys()
     for name, count in counted.items():
         like = "parallel" if name in around else kind  # what is around a core is no program
-        priced = price(features(count, family, like), prices(like))
+        priced = price(features(count, family, like), prices(like, family.name))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     lanes = counted.get("matvec", CellCount())
     return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
 
 
-def basis(kind: str, family: Family, estimator: str) -> str:
-    """The unit of a LUT in estimates of ``kind`` cores of ``estimator`` on ``family``, and the estimates' errors."""
-    rates = prices(kind)
+def basis(kind: str, family: Family) -> str:
+    """The unit of a LUT in estimates of ``kind`` cores on ``family``, and the estimates' errors."""
+    rates = prices(kind, family.name)
     fitted = FAMILIES[rates.family]
     unit = f"a LUT is a {fitted.lut} of {fitted.title}"
-    if estimator != rates.estimator:
-        method = ESTIMATORS[rates.estimator].method
-        return f"{unit}; fitted to {kind} cores of {method} for {fitted.title}, for this estimator only a guide"
     if fitted is family:
         off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in rates.error.items())
         return f"{unit}; fitted to syntheses of {kind} cores for {family.title}, off by up to {off}"
-    return f"{unit}, the family of the fitted {kind} cores; {family.title} has {family.lut}s, so this is only a guide"
+    seen = f": a core took {family.more:.0%} more" if family.more else ""
+    guide = f"{family.title} has {family.lut}s, so this is only a guide{seen}"
+    return f"{unit}, the family of the fitted {kind} cores; {guide}"
+
+
+def at_most(total: Mapping[str, float], family: Family, kind: str) -> dict[str, int]:
+    """What a core of ``kind`` may take if its estimate is as short as the shortest of all, of uncertain resources."""
+    short = {**prices(kind, family.name).short}
+    if family.more:
+        short["LUT"] = family.more
+    return {name: math.ceil(total[name] * (1 + more)) for name, more in short.items() if name in total}
 
 
 def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel", *, doubtful: bool = False) -> list[str]:
@@ -215,12 +240,11 @@ def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel", 
 
     A resource may exceed the part by the fit's largest error; if ``doubtful``, those that only may fit are told, too.
     """
-    rates, found = prices(kind), []
+    error, most, found = prices(kind, target.family.name).error, at_most(total, target.family, kind), []
     for name, have in target.available.items():
         need = total[name]
-        most = math.ceil(need * (1 + rates.short.get(name, 0.0)))
-        if need > have * (1 + rates.error.get(name, 0.0)) or (doubtful and most > have):
-            about = f"about {need:,}" if need > have else f"about {need:,}, at most {most:,},"
+        if need > have * (1 + error.get(name, 0.0)) or (doubtful and most.get(name, need) > have):
+            about = f"about {need:,}" if need > have else f"about {need:,}, at most {most[name]:,},"
             found.append(f"{name}: {about} are needed, {target.name} has {have:,}")
     return found
 
@@ -236,4 +260,4 @@ def part_of(array: Design | Skin) -> Part:
     slowest = [target for target in parts() if target.family is family]
     target = next((one for one in slowest if not misfits(total, one, kind)), slowest[-1])
     resources = {name: (total[name], have) for name, have in target.available.items()}
-    return Part(target, resources, basis(kind, target.family, design.estimator))
+    return Part(target, resources, basis(kind, target.family))

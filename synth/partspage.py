@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from tfra.families import Target
+from tfra.families.family import PRICED
 from tfra.report.html import Section, bars, paragraph
 from tfra.report.html import page as document
 from tfra.report.table import Table
 from tfra.synth.candidates import Sizing
 from tfra.synth.clocks import clock_of
+from tfra.synth.estimate import at_most
 from tfra.synth.sizepage import facts, share
 
 GUESS = "* no core of this kind was measured on the part: the aim of place and route, or assumed where only yosys runs"
@@ -23,28 +25,31 @@ def table(sizings: Sequence[Sizing]) -> Table:
 
 
 def reasons(sizings: Sequence[Sizing]) -> list[str]:
-    """What the table's star means, and a line for every part without a core."""
-    return [GUESS, *(f"{each.target.name}: {each.refusal}" for each in sizings if each.refusal)]
+    """What the table's star and its prices mean, and a line for every part without a core."""
+    return [GUESS, f"EUR: {PRICED}", *(f"{each.target.name}: {each.refusal}" for each in sizings if each.refusal)]
 
 
 def _row(sizing: Sizing, names: Sequence[str]) -> list[object]:
+    target = sizing.target
+    part = f"{target.name},\n{target.price} EUR" if target.price else target.name
     if not (core := sizing.best):
-        return [sizing.target.name, "none", *[None] * (3 + len(names))]
+        return [part, "none", *[None] * (3 + len(names))]
     assert core.speed
     assert core.resources
-    speed, used = core.speed, core.resources
-    guess = sizing.bounds.clock_mhz is None and not clock_of(core.architecture.kind, sizing.target).measured
+    speed, used, kind = core.speed, core.resources, core.architecture.kind
+    guess = sizing.bounds.clock_mhz is None and not clock_of(kind, target).measured
     times = f"{speed.clock_mhz:g}{'*' * guess}", f"{speed.frames_per_second:,.0f}", f"{speed.latency_us:,.1f}"
-    shares = [_share(name, used[name], sizing.target) if name in used else None for name in names]
-    return [sizing.target.name, core.title, *times, *shares]
+    most = at_most(used, target.family, kind)["LUT"]
+    shares = [_share(name, used[name], most, target) if name in used else None for name in names]
+    return [part, core.title, *times, *shares]
 
 
-def _share(name: str, used: int, target: Target) -> str:
-    """Lookup tables in full and as a share of the part, others as a share; in full where the part's size is unknown."""
-    if name not in target.available:
-        return f"{used:,}"
-    part = f"{used / target.available[name]:.0%}"
-    return f"{used:,}, {part}" if name == "LUT" else part
+def _share(name: str, used: int, most: int, target: Target) -> str:
+    """Lookup tables in full, with the most, and as a share of the part, others as a share; in full without its size."""
+    part = f"{used / have:.0%}" if (have := target.available.get(name)) else ""
+    if name == "LUT":
+        return ", ".join(filter(None, (f"{used:,}", part))) + f",\nat most {most:,}"
+    return part or f"{used:,}"
 
 
 def text(sizings: Sequence[Sizing]) -> str:

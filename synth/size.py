@@ -38,8 +38,8 @@ def size(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts = 
     The serial core and each ``vector_words`` form a line of cores.  In a line, more lanes take more multipliers and
     lookup tables, except for those with coefficients: memories become shallower with more lanes, and may move into or
     out of block memories, with their registers.  So the first fast enough core of a line gives a lower bound on the
-    lookup tables of all that follow, and a line continues only while its bound is below the best core.  More lanes
-    are not always faster, so the speed of every core is computed.
+    resources of all that follow, and a line continues only while the part has these, and their lookup tables are below
+    those of the best core.  More lanes are not always faster, so the speed of every core is computed.
 
     Raises ``ValueError`` for words that can overflow in every core.
     """
@@ -55,7 +55,7 @@ def size(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts = 
         for candidate in line:
             seen.append(candidate)
             if candidate.resources:
-                heappush(waiting, (candidate.least, len(seen), candidate, line))
+                heappush(waiting, (candidate.least["LUT"], len(seen), candidate, line))
                 return
 
     for line in (_serial(array, target, bounds, counts), *parallel):
@@ -64,7 +64,7 @@ def size(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts = 
         _, _, candidate, line = heappop(waiting)
         if not candidate.objections:
             best = min(best, candidate.luts)
-        if candidate.least < best and not _hopeless(candidate, target):
+        if candidate.least["LUT"] < best and not _hopeless(candidate, target):
             go_on(line)
     serial_lacks: tuple[str, ...] = ()
     if best == sys.maxsize and (slow := seen[0]).design and not slow.resources:
@@ -73,11 +73,9 @@ def size(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts = 
 
 
 def _hopeless(candidate: Candidate, target: Target) -> bool:
-    """Whether cores with more lanes also lack multipliers, or lookup tables without coefficients."""
-    assert candidate.resources
-    least = {**candidate.resources, "LUT": candidate.least}
-    lacks = misfits(least, target, candidate.architecture.kind, doubtful=True)
-    return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
+    """Whether cores with more lanes also lack multipliers, or tables or memories without coefficients."""
+    lacks = misfits(candidate.least, target, candidate.architecture.kind, doubtful=True)
+    return any(lack.startswith(("LUT:", "DSP:", "BRAM:")) for lack in lacks)
 
 
 def _serial(array: Design | Skin, target: Target, bounds: Bounds, counts: Counts) -> Iterator[Candidate]:
@@ -113,8 +111,7 @@ def _line(
             yield Candidate(design.architecture, design, speed, None, missed)
         else:
             found, lacks = _fitted(design, array, target, counts)
-            resources = found.total
-            yield Candidate(design.architecture, design, speed, resources, lacks, resources["LUT"] - found.constants)
+            yield Candidate(design.architecture, design, speed, found.total, lacks, found.least)
 
 
 def _fitted(design: Design, array: Design | Skin, target: Target, counts: Counts) -> tuple[Estimate, tuple[str, ...]]:

@@ -6,12 +6,14 @@ from html import escape
 from typing import Any
 
 from tfra.families import Target
+from tfra.families.family import PRICED
 from tfra.report.html import Section, bars, paragraph
 from tfra.report.html import page as document
 from tfra.report.table import Table
 from tfra.synth.candidates import Candidate, Sizing
 from tfra.synth.clocks import clock_of
-from tfra.synth.estimate import basis, prices
+from tfra.synth.estimate import at_most, basis, prices
+from tfra.synth.power import Power, power
 
 # All functions raise ``ValueError`` with the reason if no core was chosen.
 
@@ -30,12 +32,24 @@ def lines(sizing: Sizing) -> Iterator[str]:
     if sizing.bounds.clock_mhz is None:
         yield f"# {clock:g} MHz: {clock_of(chosen.architecture.kind, target).basis}"
     yield "# estimated: " + ", ".join(share(name, used, target) for name, used in chosen.resources.items())
-    yield f"# {basis(chosen.architecture.kind, target.family, sizing.design.estimator)}"
+    most = at_most(chosen.resources, target.family, chosen.architecture.kind)
+    yield f"# at most, if as short as any estimate was: {', '.join(f'{used:,} {name}' for name, used in most.items())}"
+    yield f"# {basis(chosen.architecture.kind, target.family)}"
+    if watts := _power(chosen, target):
+        yield f"# power, an estimate: {watts}; logic, multipliers and memories come on top"
+    if target.price:
+        yield f"# {target.part}: {target.price} EUR a piece ({PRICED})"
     if not target.available:
         yield f"# {target.name} stands for a whole family: the size of a part is not checked"
     yield "# not chosen:"
     for other, why in sizing.others:
         yield f"#   {other.title}: {why}"
+
+
+def _power(core: Candidate, target: Target) -> Power | None:
+    assert core.speed
+    assert core.resources
+    return power(core.resources, core.architecture.kind, core.speed.clock_mhz, target)
 
 
 def share(name: str, used: int, target: Target) -> str:
@@ -47,15 +61,20 @@ def share(name: str, used: int, target: Target) -> str:
 
 def facts(sizing: Sizing) -> dict[str, Any]:
     """The same for JSON."""
-    kind = sizing.chosen.architecture.kind
-    rates = prices(kind)
+    chosen, target = sizing.chosen, sizing.target
+    assert chosen.resources
+    kind = chosen.architecture.kind
+    rates = prices(kind, target.family.name)
     return {
-        "target": sizing.target.name,
-        **_core(sizing.chosen),
-        "clock_measured": sizing.bounds.clock_mhz is None and clock_of(kind, sizing.target).measured,
-        "available": dict(sizing.target.available),
+        "target": target.name,
+        **_core(chosen),
+        "at_most": at_most(chosen.resources, target.family, kind),
+        "clock_measured": sizing.bounds.clock_mhz is None and clock_of(kind, target).measured,
+        "available": dict(target.available),
+        "price_class_eur": target.price or None,
+        "least_power": asdict(watts) if (watts := _power(chosen, target)) else None,
         "fitted_to": rates.family,
-        "relative_error": dict(rates.error) if rates.family == sizing.target.family.name else None,
+        "relative_error": dict(rates.error) if rates.family == target.family.name else None,
         "config": config(sizing),
         "others": [{**_core(other), "why": why} for other, why in sizing.others],
     }

@@ -82,6 +82,7 @@ _FLOORS = {
     "85": Floor((4, 13, 22, 31, 40, 49, 58, 69, 78, 87, 96, 105, 114), (10, 34, 58), (22, 46, 70, 82)),
 }
 """As nextpnr's bels are called."""
+_PRICES_EUR = {"25": "10 to 30", "45": "30 to 100", "85": "30 to 100"}
 _CLOCKS = {"6": 98.0, "7": 110.0, "8": 125.0}
 """MHz that cores of these grades nearly or fully reach."""
 
@@ -95,6 +96,7 @@ TARGETS = tuple(
         grade=grade,
         speed=("--speed", grade),
         floor=_FLOORS[size],
+        price=_PRICES_EUR[size],
     )
     for size, available in _PARTS.items()
     for grade, clock_mhz in _CLOCKS.items()

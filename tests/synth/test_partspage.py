@@ -8,8 +8,10 @@ from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tests.synth.test_sizepage import SIZING, candidate
 from tfra.families import find
+from tfra.families.family import PRICED
 from tfra.model.choices import SERIAL, Architecture
 from tfra.synth.candidates import Bounds, Sizing
+from tfra.synth.estimate import at_most
 from tfra.synth.partspage import GUESS, all_facts, page, table, text
 from tfra.synth.sizepage import facts
 
@@ -28,15 +30,18 @@ WHY = "ecp5-25-6: LUT: too many, for the smallest core that is fast enough (seri
 
 
 def test_table() -> None:
+    kinds = [each.candidates[0].architecture.kind for each in PARTS]
+    pairs = zip(PARTS, kinds, strict=True)
+    most = [f"at most {at_most({'LUT': part.fast[0].luts}, part.target.family, kind)['LUT']:,}" for part, kind in pairs]
     found = table(PARTS)
     assert found.header == ["part", "core", "MHz", "frames/s", "last word / µs", "LUT", "FF", "DSP", "BRAM"]
     assert found.rows == [
-        ["ice40up5k", "serial", "100", "100,000", "15.0", "4,224, 80%", "90", "88%", "10%"],
-        ["ecp5-85-6", "serial", "100*", "100,000", "15.0", "4,224, 5%", "0%", "4%", "1%"],
-        ["ecp5-25-6", "none", *[None] * 7],
-        ["xc7", "parallel, 4 lanes, 1 word", "100*", "100,000", "15.0", "8,364", "90", "7", "3"],
+        ["ice40up5k,\nunder 10 EUR", "serial", "100", "100,000", "15.0", f"4,224, 80%,\n{most[0]}", "90", "88%", "10%"],
+        ["ecp5-85-6,\n30 to 100 EUR", "serial", "100*", "100,000", "15.0", f"4,224, 5%,\n{most[1]}", "0%", "4%", "1%"],
+        ["ecp5-25-6,\n10 to 30 EUR", "none", *[None] * 7],
+        ["xc7", "parallel, 4 lanes, 1 word", "100*", "100,000", "15.0", f"8,364,\n{most[3]}", "90", "7", "3"],
     ]
-    assert text(PARTS).endswith(f"\n{GUESS}\n{WHY}")
+    assert text(PARTS).endswith(f"\n{GUESS}\nEUR: {PRICED}\n{WHY}")
 
 
 def test_a_clock_that_is_given_is_no_guess() -> None:

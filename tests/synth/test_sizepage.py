@@ -11,11 +11,13 @@ import pytest
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tfra.families import FAMILIES, find
+from tfra.families.family import PRICED
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
-from tfra.synth.estimate import basis, prices
+from tfra.synth.estimate import at_most, basis, prices
+from tfra.synth.power import power
 from tfra.synth.sizepage import config, facts, lines, page
 
 DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), target="ice40")
@@ -43,8 +45,14 @@ SIZING = Sizing(
 )
 
 
+USED = {"LUT": 1100, "FF": 90, "DSP": 7, "BRAM": 3}
+
+
 def test_lines() -> None:
-    fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.6 % (LUT), 4.7 % (FF)"
+    off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in prices().error.items())
+    fitted = f"fitted to syntheses of parallel cores for ECP5, off by up to {off}"
+    watts = power(USED, "parallel", 100.0, SIZING.target)
+    most = at_most(USED, SIZING.target.family, "parallel")
     found = list(lines(SIZING))
     assert tomllib.loads("\n".join(found)) == config(SIZING)
     assert found == [
@@ -56,7 +64,10 @@ def test_lines() -> None:
         'name = "portable"',
         "# ecp5-25-6 at 100 MHz: 100,000 frames/s, 15.000 us from last taxel to last word",
         "# estimated: 1,100 of 24,288 LUT (5%), 90 of 24,288 FF (0%), 7 of 28 DSP (25%), 3 of 56 BRAM (5%)",
+        f"# at most, if as short as any estimate was: {most['LUT']:,} LUT, {most['FF']:,} FF",
         f"# a LUT is a LUT4 of ECP5; {fitted}",
+        f"# power, an estimate: {watts}; logic, multipliers and memories come on top",
+        f"# ecp5-25: 10 to 30 EUR a piece ({PRICED})",
         "# not chosen:",
         "#   serial: architecture.kind: too large",
         "#   parallel, 8 lanes, 2 words: larger: 1,200 LUT, 9.1% more",
@@ -69,6 +80,8 @@ def test_facts_say_the_same() -> None:
     assert (found["kind"], found["mac_lanes"], found["estimated"]["LUT"]) == ("parallel", 8, 1100)
     assert (found["frames_per_second"], found["latency_us"], found["interval"]) == (1e5, 15.0, 1000)
     assert found["available"] == find("ecp5-25").available
+    assert found["at_most"] == at_most(USED, SIZING.target.family, "parallel")
+    assert (found["price_class_eur"], found["least_power"]["rest_mw"]) == ("10 to 30", pytest.approx(84.7))
     assert (found["fitted_to"], found["relative_error"]) == ("ecp5", prices().error)
     assert [each["why"] for each in found["others"]] == [why for _, why in SIZING.others]
     assert found["others"][0]["frames_per_second"] is None
@@ -92,11 +105,16 @@ def test_a_family_of_any_size() -> None:
         ("parallel", "gowin", "LUT4 of ECP5, the family of the fitted parallel cores; GW2A has LUT4s, so this"),
         ("serial", "xilinx", "logic cell of iCE40, the family of the fitted serial cores; 7 series has LUT6s, so"),
         ("serial", "ice40", "logic cell of iCE40; fitted to syntheses of serial cores for iCE40, off by up to"),
+        ("serial", "ecp5", "LUT4 of ECP5; fitted to syntheses of serial cores for ECP5, off by up to"),
+        (
+            *("serial", "gatemate"),
+            "logic cell of iCE40, the family of the fitted serial cores; GateMate has half CPEs, "
+            "so this is only a guide: a core took 42% more",
+        ),
     ],
 )
 def test_whose_lookup_tables(kind: str, family: str, said: str) -> None:
-    assert basis(kind, FAMILIES[family], "tfra").startswith(f"a LUT is a {said}")
-    assert basis(kind, FAMILIES[family], "learned").endswith("for this estimator only a guide")
+    assert basis(kind, FAMILIES[family]).startswith(f"a LUT is a {said}")
 
 
 def test_page(tmp_path: Path) -> None:

@@ -200,7 +200,10 @@ def compare(text: str, tables: dict[str, pl.DataFrame]) -> None:
     shown = grids(text)
     assert set(shown) == set(tables)
     for name, table in tables.items():
-        for cells, row in zip(shown[name], table.iter_rows(), strict=True):
+        rows = shown[name]
+        if name == "designs":  # stand in columns, under their names
+            rows = [[design, *cells] for design, *cells in zip(table["name"], *(row[1:] for row in rows), strict=True)]
+        for cells, row in zip(rows, table.iter_rows(), strict=True):
             # That of sensitivities has the changes behind.
             for column, cell, value in zip(table.columns, cells, row, strict=False):
                 if isinstance(value, bool):
