@@ -58,6 +58,16 @@ def rom(
     return _Rom(m, bits, address, enable, write, data).words(images)
 
 
+def memories(bits: int, depth: int) -> int:
+    """How many a pair of images takes in :func:`rom`: words of ``bits``, and ``depth`` of them."""
+    count = 0
+    for _, length in _slices(bits, depth):
+        size = _MEMORY_WORDS[length]
+        whole, rest = divmod(depth, size)
+        count += 2 * whole + (0 if not rest else 1 if 2 * rest <= size else 2)
+    return count
+
+
 @dataclass
 class _Rom:
     """Block memories of a ROM in module ``m``; the names are those of :func:`rom`."""

@@ -72,7 +72,7 @@ def lengths(tables: Tables) -> go.Figure:
         x=list(range(most + 1)), y=list(range(len(labels))), z=shares, hovertext=texts, hoverinfo="text",
         colorscale="Blues", zmin=0, zmax=0.3, showscale=False, xgap=1, ygap=2, name="share of the words",
     )  # fmt: skip
-    ended = [(words[name], position) for (kind, name), position in at.items() if kind == "signal"]
+    ended = [(words[name], position) for (kind, name), position in at.items() if kind == "signal" and name in words]
     ends = [row["bits"] - row["signed"] + 0.5 for row, _ in ended]
     tick = {"symbol": "line-ns-open", "size": 8, "color": VERMILION, "line": {"width": 2}}
     add_marks(chart, "end of the word", [row for row, _ in ended], ends, [y for _, y in ended], marker=tick)

@@ -61,15 +61,16 @@ class Space:
 
     @classmethod
     def around(cls, base: Design, bits: int, free: int) -> "Space":
-        """Lengths of every coefficient and operand, and of the vectors, if ``bits`` for all of them are sufficient.
+        """Lengths of coefficients, operands, vectors and single values, if ``bits`` are enough for all products.
 
         Up to two bits more, if a multiplier takes them at no cost, that is up to ``free`` bits, and down to seven bits
-        less.
+        less; single values are at least as long as the codes, and no longer than in ``base``.
         """
         lanes = tuple(range(max(6, bits - 7), max(bits, min(bits + 2, free)) + 1))
         fraction = base.formats.vector_fraction
         return cls({
             **{name: lanes for name in base.used_signals if name.startswith(("coefficient.", "operand."))},
+            "operand": tuple(range(base.adc.bits, base.formats.operand + 1)),
             "vector_fraction": tuple(range(max(0, fraction - 7), fraction + 1)),
         })  # fmt: skip
 

@@ -278,7 +278,7 @@ def test_size_on_all_parts(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys
     monkeypatch.setattr("tfra.synth.size.parts", lambda: [find("ecp5-25"), find("ice40up5k")])
     assert main(["size", "skin.toml", "--target", "all", *SMALL, "--page", "parts.html"]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines() if "serial" in line]
-    assert [row[1:6:2] for row in rows] == [["ecp5-25-6", "serial", "98*"], ["ice40up5k", "serial", "26.54"]]
+    assert [row[1:6:2] for row in rows] == [["ecp5-25-6,", "serial", "98*"], ["ice40up5k,", "serial", "26.54"]]
     assert "2 of 2 parts have a core" in Path("parts.html").read_text()
     assert main(["size", "skin.toml", "--target", "all", *SMALL, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["parts"]

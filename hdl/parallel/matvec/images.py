@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.hdl.primitives.ecp5 import memories
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 
@@ -51,13 +52,21 @@ class Tail:
 
 
 def tail(design: Design) -> Tail:
-    """The tail that saves most bits; empty if no stack is shorter than the lanes' words."""
+    """The shortest tail that saves most block memories of 18 kbit; empty if none saves any.
+
+    Block memories are that large in most families, and shallow words of up to 18 bits take half of one in any case.
+    """
     tails = []
     for stack in order(design):
         length = longest(design, stack)
         longer = [words(design, name) for name in design.stacks if longest(design, name) > length]
         tails.append(Tail(design.coefficient_word - length, sum(longer)))
-    return max(tails, key=lambda one: one.bits * (depth(design) - one.depth))
+
+    def cost(cut: Tail) -> tuple[int, int]:
+        rest = memories(design.coefficient_word - cut.bits, depth(design))
+        return rest + memories(cut.bits, cut.depth), cut.bits
+
+    return min(tails, key=cost)
 
 
 def depth(design: Design) -> int:

@@ -2,6 +2,7 @@
 
 import random
 from dataclasses import replace
+from operator import mul
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.hdl.parallel.learned import timeline
 from tfra.hdl.parallel.learned.core import LearnedCore, LearnedParallel
 from tfra.hdl.parallel.learned.plan import FRAMES, plan
+from tfra.hdl.parallel.matvec import images
 from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.learned.pipeline import Stage
 from tfra.sim.harness import bursts, flowing, random_stalls, run
@@ -47,9 +49,13 @@ def test_timing_is_what_the_gateware_does(seed):
     check_timing(design, codes_of(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(104, 112))
-def test_signals_with_word_lengths_of_their_own(seed):
+@pytest.mark.parametrize(("seed", "tail"), long((104, True), (112, False), (112, True)))
+def test_signals_with_word_lengths_of_their_own(seed, tail, monkeypatch):
+    """With a ``tail``, as if every bit of a memory had its cost, and not only whole block memories."""
+    if tail:
+        monkeypatch.setattr(images, "memories", mul)
     design = mixed_design(seed)
+    assert (images.tail(design).bits > 0) == tail
     check_timing(design, codes_of(design, 8, seed))
 
 

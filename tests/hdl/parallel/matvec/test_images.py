@@ -1,12 +1,15 @@
 """Coefficient memories hold every row of every operator where the lanes look for it."""
 
 from dataclasses import replace
+from operator import mul
 
 import numpy as np
 import pytest
 
 from tests.hdl.parallel.designs import make
+from tfra.hdl.parallel.matvec import images
 from tfra.hdl.parallel.matvec.images import Tail, bases, lane_images, low_bits, order, passes, tail
+from tfra.hdl.primitives.ecp5 import memories
 from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.operators import OPERATORS, STACKS
@@ -66,19 +69,29 @@ def test_uniform_words_have_no_tail():
     assert order(design) == list(STACKS)
 
 
-def test_the_tail_spares_most_bits():
-    """Lengths of the stacks, all of them in memory: 12, 18, 18, 6; a pass has Q = 6 words."""
-    design = mixed(4, 6, 8, contact=12, force=6)
+def test_the_tail_spares_block_memories():
+    """Lengths of the stacks, all of them in memory: 9, 18, 18, 9; of 2,575 words 1,275 need no more than 9 bits.
+
+    A pair of memories of 18 bits takes 6 blocks of 1,024 words; of 2,048 words of 9 bits 3, and 2 for the others.
+    """
+    design = mixed(10, 10, 8, contact=9, force=9)
     assert order(design) == ["residual", "normal", "contact", "force"]
-    words = {name: 6 * passes(design, name) for name in STACKS}
-    to_force, to_contact = sum(words.values()) - words["force"], words["residual"] + words["normal"]
-    assert 12 * words["force"] > 6 * (words["contact"] + words["force"])
-    assert tail(design) == Tail(12, to_force)
-    assert tail(mixed(4, 6, 8, contact=12, force=11)) == Tail(6, to_contact)
+    words = {name: 25 * passes(design, name) for name in STACKS}
+    assert (sum(words.values()), words["residual"] + words["normal"]) == (2575, 1300)
+    assert [memories(18, 2575), memories(9, 2575), memories(9, 1300)] == [6, 3, 2]
+    assert tail(design) == Tail(9, 1300)
+
+
+def test_a_tail_that_takes_more_block_memories_is_none():
+    """Words of 13 and 8 bits in a shallow memory, half of a block: with a tail it would be twice as many."""
+    assert memories(13, 162) == memories(8, 162) == memories(5, 100) == 1
+    assert tail(mixed(4, 6, 8, contact=13, residual=13, normal=13, force=8)).bits == 0
 
 
 @pytest.mark.parametrize("lengths", [{"force": 6}, {"contact": 9, "residual": 12}, {"normal": 7}])
-def test_nothing_is_lost_behind_the_tail(lengths):
+def test_nothing_is_lost_behind_the_tail(lengths, monkeypatch):
+    """Where every bit has its cost, the tail spares most bits."""
+    monkeypatch.setattr(images, "memories", mul)
     design = mixed(4, 6, 8, **lengths)
     cut, image = tail(design), lane_images(design)
     assert 0 < cut.depth < image.shape[1]

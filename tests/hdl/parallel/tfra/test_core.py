@@ -2,6 +2,7 @@
 
 import random
 from dataclasses import replace
+from operator import mul
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from tests.hdl.parallel.cores import check_resets, check_single_frame, check_timing, check_words, sleepy, stream
 from tests.hdl.parallel.designs import make, mixed_design, random_design, simulate
 from tests.marks import long
+from tfra.hdl.parallel.matvec import images
 from tfra.hdl.parallel.matvec import unit as matvec
 from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.tfra.core import TfraCore, TfraParallel
@@ -61,9 +63,13 @@ def test_timing_is_what_the_gateware_does(seed):
     check_timing(design, contact_codes(design, 8, seed))
 
 
-@pytest.mark.parametrize("seed", long(0, 10))
-def test_signals_with_word_lengths_of_their_own(seed):
+@pytest.mark.parametrize(("seed", "tail"), long((0, True), (10, False), (10, True)))
+def test_signals_with_word_lengths_of_their_own(seed, tail, monkeypatch):
+    """With a ``tail``, as if every bit of a memory had its cost, and not only whole block memories."""
+    if tail:
+        monkeypatch.setattr(images, "memories", mul)
     design = mixed_design(seed)
+    assert (images.tail(design).bits > 0) == tail
     check_timing(design, contact_codes(design, 6, seed))
 
 
