@@ -19,6 +19,9 @@
 # make estimates
 #              the prices of tfra size, fitted to syntheses of parallel and of serial cores
 # make axi_cost  what the wrapper costs, docs/ip.md
+# make scorecard
+#              every line of docs/scorecard.md whose sources have changed; make scorecard-quick measures less, in
+#              minutes, and writes nothing
 # make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
 # make clean   forget everything that was made here, the environment included
@@ -34,7 +37,7 @@ PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles
 
-.PHONY: demo test test-rest test-all docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
+.PHONY: demo test test-rest test-all scorecard scorecard-quick docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -52,6 +55,12 @@ test-rest: $(READY) icarus chromium ghdl cross
 	$(PYTEST) -m long
 
 test-all: test test-rest
+
+scorecard: $(READY) icarus
+	$(VENV)/bin/python -m bench.scorecard.run
+
+scorecard-quick: $(READY) icarus
+	$(VENV)/bin/python -m bench.scorecard.run --quick
 
 # Warnings are errors; nothing is downloaded.  All pages are made anew (-E), as each shows the titles of the others.
 docs: $(READY)

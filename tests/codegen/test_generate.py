@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.codegen import lint
+from bench.scorecard import linters as lint
 from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design as learned
 from tfra.codegen.config.read import load

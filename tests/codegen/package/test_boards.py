@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.codegen import lint
+from bench.scorecard import linters as lint
 from tests.codegen.package.made import made
 from tests.hdl.uart.line import framed, frames, little_endian
 from tests.marks import long

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.codegen import lint
+from bench.scorecard import linters as lint
 from tests.hdl.primitives.harness import in_amaranth, in_icarus
 from tests.marks import long
 from tfra.hdl.primitives import Multiplier, Rom, cell_models
