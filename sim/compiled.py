@@ -48,13 +48,14 @@ _CALLS = Template("""\
 
 #include <math.h>
 $copied
-void run(${name}_state *state, const ${name}_code *codes, int64_t frames, int64_t *words)
+int64_t run(${name}_state *state, const ${name}_code *codes, int64_t frames, int64_t *words)
 {
     ${name}_result result;
     for (int64_t frame = 0; frame < frames; frame++) {
         ${name}_step(state, codes + frame * ${NAME}_TAXELS, &result);
         words = copied(&result, words);
     }
+    return frames;
 }
 
 int step(${name}_state *state, const double *stress, double *values)
@@ -86,7 +87,7 @@ class Compiled:
     def __init__(self, design: Design) -> None:
         self.design = design
         self._code = np.dtype(f"i{size_of(design.adc.bits)}")
-        self._library = loaded(built(design.name, core(design, sidecar(design)) | {"calls.c": _calls(design)}))
+        self._library = loaded(library(design))
         self._run = self._function("run", None, 4)
 
     def _function(self, name: str, result: Any, arguments: int) -> Any:
@@ -160,6 +161,11 @@ def loaded(library: bytes) -> ctypes.CDLL:
     with scratch(temporary()) as folder:
         (folder / _LIBRARY).write_bytes(library)
         return ctypes.CDLL(str(folder / _LIBRARY))
+
+
+def library(design: Design) -> bytes:
+    """The library of ``design``: ``run(state, codes, frames, words)`` and ``step``; raises as :func:`built`."""
+    return built(design.name, core(design, sidecar(design)) | {"calls.c": _calls(design)})
 
 
 def built(name: str, texts: dict[str, str]) -> bytes:

@@ -56,7 +56,7 @@ class CompiledSkin:
         self.skin = skin
         self._code = np.dtype(f"i{size_of(skin.adc.bits)}")
         self._header = len(header_bits(skin))
-        self._run = loaded(built(skin.window.name, skin_core(skin) | {"calls.c": _calls(skin)})).run
+        self._run = loaded(skin_library(skin)).run
         self._run.restype = ctypes.c_int64
         self._run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p]
 
@@ -81,6 +81,11 @@ class CompiledSkin:
         words = np.empty((most, self._header + self.skin.window.frame_words), dtype=np.int64)
         count = self._run(state, codes.ctypes.data, len(codes), words.ctypes.data)
         return words[:count].copy()
+
+
+def skin_library(skin: Skin) -> bytes:
+    """The library of ``skin``: ``run(state, codes, frames, words)``; raises as :func:`built`."""
+    return built(skin.window.name, skin_core(skin) | {"calls.c": _calls(skin)})
 
 
 def _calls(skin: Skin) -> str:
