@@ -90,7 +90,7 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the harness found: ``counts`` by name, and the sample: ``codes (n, taxels)`` with the words of each frame."""
+    """What the harness found: ``counts`` by name, and a sample: ``codes (n, taxels)``, and the words of each frame."""
 
     counts: dict[str, Any]
     codes: Ints
@@ -171,7 +171,11 @@ def replayed(configuration: Configuration, outcome: Outcome) -> tuple[int, int]:
     array, design = configuration.array, configuration.design
     codes = outcome.codes.reshape(-1, array.sensor.rows, array.sensor.columns)
     words, bits = result_shape(array)
-    made = records(array, codes, lambda of: design.model(of).words) if isinstance(array, Skin) else design.model(codes).words
+    made = (
+        records(array, codes, lambda of: design.model(of).words)
+        if isinstance(array, Skin)
+        else design.model(codes).words
+    )
     flat = np.concatenate(outcome.words).reshape(-1, words + HEAD * configuration.wrapped)[:, -words:]
     half = 1 << (bits - 1)
     same = ((flat & ((1 << bits) - 1)) ^ half) - half == made
