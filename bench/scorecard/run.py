@@ -76,10 +76,9 @@ def main() -> int:
     options = parser.parse_args()
     records = known()
     for line in LINES:
-        if options.only and line.number not in options.only:
-            records[line.number] = {**records.get(line.number, {}), **line.facts()}
-            continue
-        records[line.number] = measured(line, records.get(line.number), options.quick)
+        before = records.get(line.number)
+        left_out = options.only and line.number not in options.only
+        records[line.number] = {**(before or {}), **line.facts()} if left_out else measured(line, before, options.quick)
         if not options.quick:
             store(NAME, [records[number] for number in sorted(records)])
     found = [records[line.number] for line in LINES]
