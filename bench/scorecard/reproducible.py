@@ -34,7 +34,7 @@ def made(folder: Path, python: str, example: str, kind: str, variables: dict[str
     command = [
         python,
         "-m",
-        "tfra.cli.entry",
+        "tfra.cli",
         "generate",
         str(ROOT / "examples" / f"{example}.toml"),
         "--out",

@@ -9,8 +9,8 @@ from bench.exactness.campaign import untrained
 from bench.publish import ROOT
 from bench.scorecard.words.harness import Configuration
 from tfra.codegen.config.read import load
+from tfra.codegen.verilog.wrapper import wrapper
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.ip.framer import check
 from tfra.model.choices import SERIAL, Adc, Architecture, Bus, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -33,7 +33,7 @@ def drawn(count: int, seed: int) -> Iterator[Configuration]:
                 microarchitecture(design).check()
                 wrapped = number % 3 == 2
                 if wrapped:
-                    check(design)
+                    wrapper(design)
             except ValueError:
                 continue
             break

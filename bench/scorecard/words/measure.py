@@ -23,7 +23,7 @@ from tfra.sim.run import simulate
 SEED, COUNT, CYCLES = 1, 32, 12_000_000
 """Of the configurations, their number, and simulated cycles of each, stalls aside."""
 QUICK_COUNT, QUICK_CYCLES, QUICK_PRESETS = 6, 300_000, 0
-ICARUS_CYCLES = 20_000
+ICARUS_CYCLES = 8_000
 """Simulated cycles that Icarus repeats."""
 
 
