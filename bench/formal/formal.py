@@ -13,11 +13,11 @@ from typing import Any
 
 from amaranth.hdl import UnusedElaboratable
 
-from bench.formal import around, axi, numbers, pipelines, streams
+from bench.formal import around, axi, framer, numbers, pipelines, streams
 from bench.formal.prove import Proof, judge
 from bench.publish import publish, stored
 
-PROOFS = [*streams.PROOFS, *around.PROOFS, *axi.PROOFS, *numbers.PROOFS, *pipelines.PROOFS]
+PROOFS = [*streams.PROOFS, *around.PROOFS, *framer.PROOFS, *axi.PROOFS, *numbers.PROOFS, *pipelines.PROOFS]
 
 
 def measure(proof: Proof) -> dict[str, Any]:

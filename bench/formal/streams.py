@@ -104,14 +104,14 @@ def fifo(depth: int, beats: int) -> Any:
         stays(bench, block.o)
         board = Scoreboard(bench, block.i, block.o, depth)
         offered_within(bench, board.inside, block.o.valid, 2 * beats - 1)
-        _fifo_lemmas(bench, block, inner, board, depth, beats)
+        fifo_lemmas(bench, block, inner, board, depth, beats)
 
     return setup
 
 
-def _fifo_lemmas(bench: Bench, block: Any, inner: Any, board: Scoreboard, depth: int, beats: int) -> None:
+def fifo_lemmas(bench: Bench, block: Any, inner: Any, board: Scoreboard, depth: int, beats: int) -> None:
     """Counters agree with each other, and the followed word is where they say."""
-    places, size = depth * beats, 2
+    places, size = depth * beats, len(board.word) // beats
     head, tail, stored, occupied = (inner[name] for name in ("head", "tail", "taken", "occupied"))
     put, got = (inner[name] if beats > 1 else Const(0) for name in ("put", "got"))
     bench.lemma((head < places) & (inner["head_last"] == (head == places - 1)))
