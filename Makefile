@@ -6,7 +6,7 @@
 # make campaign, make axi
 #              many cores against the model, word for word, alone and behind AXI (half an hour)
 # make mutants what the tests notice of small wrong changes, docs/development.md: hours
-# make formal what is proven of the gateware's blocks, docs/formal.md (ten minutes)
+# make formal what is proven of the gateware's blocks, docs/formal.md (five minutes)
 # make formats, make bits
 #              what the word lengths cost in accuracy (docs/measured.md), and default studies (docs/how_many_bits.md): an hour
 # make accuracy, make errors, make front_end

@@ -51,6 +51,20 @@ def width_converter(bench: Bench, Block: Any) -> None:
     bench.lemma((lanes == 0) | (lane + lanes <= LANES))
 
 
+def single(bench: Bench, Block: Any) -> None:
+    """A taxel a beat, which its sender keeps until it is taken."""
+    block = Block(TAXELS, 1)
+    bench.place(block)
+    i, o = block.i, block.o
+    bench.assume(~bench.past(i.valid & ~i.ready) | i.valid)
+    bench.assume(~bench.past(i.valid & ~i.ready) | (Value.cast(i.p) == bench.past(Value.cast(i.p))))
+    stays(bench, o)
+    same = (o.p.word == i.p.words[0]) & (o.p.user == i.p.user) & (o.p.last == i.p.last)
+    bench.claim(ORDER, i.valid, o.valid & same)
+    bench.claim("both ends take it at once, but for a restart", taken(o) & ~block.restart, taken(i))
+    bench.claim("a restart takes no beat", block.restart, ~i.ready)
+
+
 def output_stage(bench: Bench, Block: Any) -> None:
     """Frames of two words or more, each of one time; restarts in any cycle."""
     block = Block()
@@ -126,6 +140,17 @@ PROOFS = [
             ),
         },
         size=f"{TAXELS} taxels, {LANES} a beat",
+    ),
+    Proof(
+        WidthConverter,
+        single,
+        {
+            RULE: ("self.o.valid.eq(self.i.valid)", "self.o.valid.eq(self.i.valid & ~self.restart)"),
+            ORDER: ("self.o.p.user.eq(self.i.p.user)", "self.o.p.user.eq(self.i.p.words[0])"),
+            "both ends take it at once, but for a restart": ("self.o.ready & ~self.restart", "0"),
+            "a restart takes no beat": ("self.o.ready & ~self.restart", "self.o.ready"),
+        },
+        size="a taxel a beat",
     ),
     Proof(
         OutputStage,

@@ -9,6 +9,7 @@ from amaranth import Cat, Const, Mux, Signal, Value
 from bench.formal.bench import Bench
 from bench.formal.prove import Proof
 from bench.formal.streams import RULE, stays
+from tfra.codegen.registers.source import register_map
 from tfra.hdl.bus.axi_lite import ANSWER, AxiLite
 from tfra.hdl.bus.map import Field, Kind, Register, RegisterMap
 from tfra.hdl.bus.registers import Registers
@@ -16,6 +17,8 @@ from tfra.hdl.bus.registers import Registers
 ADDRESS = 5
 _ONCE, _READY = "no request while the one before is not answered", "otherwise it is ready"
 _ANSWERS, _SOON = "an answer only to a request", "every request is answered soon"
+BAD_READ, GOOD_READ = "a read of an unmapped or write-only register is an error", "another read is none"
+BAD_WRITE, GOOD_WRITE = "a write of an unmapped or read-only register is an error", "another write is none"
 OKAY, SLVERR = 0, 2
 
 MAP = RegisterMap((
@@ -24,7 +27,9 @@ MAP = RegisterMap((
     Register("ORDER", 0x8, (Field("pulse", 9, 1, Kind.PULSE), Field("word", 12, 9, Kind.PORT))),
     Register("COUNT", 0x10, (Field("number", 1, 4, Kind.COUNTER, clear="ORDER.pulse"),)),
 ))  # fmt: skip
-"""A field of each kind that keeps something; 0xC and all above 0x10 are unmapped."""
+"""Fields of several kinds; 0xC and all above 0x10 are unmapped."""
+
+WHOLE = register_map({"ROWS": 10, "COLUMNS": 12, "LOADABLE": 1, "LOAD_LENGTH": 4711})
 
 
 def channel(bus: Any, name: str, *words: str) -> Any:
@@ -117,6 +122,20 @@ def _timing(bench: Bench, access: Any, complete: Any, valid: Any, waits: Any) ->
 def registers(bench: Bench, Block: Any) -> None:
     """A small map with nothing assumed: rules of the bus, errors, and a setting that software writes."""
     block = Block(MAP)
+    now, begins = _rules(bench, block, MAP)
+    constant, bus = MAP["FIXED"], block.bus
+    here = now.ar_payload[2:] == constant.address >> 2
+    bench.claim("a constant reads as it is", bus.rvalid & here, bus.rdata == constant.reset)
+    _setting(bench, block, now, begins)
+
+
+def all_registers(bench: Bench, Block: Any) -> None:
+    """The map of every core."""
+    _rules(bench, Block(WHOLE), WHOLE)
+
+
+def _rules(bench: Bench, block: Any, registers: RegisterMap) -> Any:
+    """Those of the bus, and which accesses are errors; returns the requests and whether a write's answer begins."""
     inner = bench.place(block)
     bus = block.bus
     stays(bench, channel(bus, "r", "data", "resp"), f"r: {RULE}")
@@ -125,29 +144,17 @@ def registers(bench: Bench, Block: Any) -> None:
     _request_lemmas(bench, now, inner, "axi_lite.", bus)
     _timing(bench, block._port.read, now.ar, bus.rvalid, now.r_waits)
     begins = _timing(bench, block._port.write, now.aw & now.w, bus.bvalid, now.b_waits)
-    number, written = now.ar_payload[2:], now.aw_payload[2:]
-    mapped = [register.address >> 2 for register in MAP.registers if register.readable]
-    constant = MAP["FIXED"]
-    bad_read = bus.rvalid & ~_among(number, mapped)
-    bench.claim(
-        "a read of an unmapped or write-only register is an error", bad_read, (bus.rresp == SLVERR) & (bus.rdata == 0)
-    )
-    bench.claim("another read is none", bus.rvalid & _among(number, mapped), bus.rresp == OKAY)
-    bench.claim(
-        "a constant reads as it is", bus.rvalid & (number == constant.address >> 2), bus.rdata == constant.reset
-    )
-    writable = [register.address >> 2 for register in MAP.registers if register.writable]
-    bench.claim(
-        "a write of an unmapped or read-only register is an error",
-        bus.bvalid & ~_among(written, writable),
-        bus.bresp == SLVERR,
-    )
-    bench.claim("another write is none", bus.bvalid & _among(written, writable), bus.bresp == OKAY)
-    _setting(bench, block, now, begins)
+    readable = _among(now.ar_payload[2:], [each for each in registers.registers if each.readable])
+    writable = _among(now.aw_payload[2:], [each for each in registers.registers if each.writable])
+    bench.claim(BAD_READ, bus.rvalid & ~readable, (bus.rresp == SLVERR) & (bus.rdata == 0))
+    bench.claim(GOOD_READ, bus.rvalid & readable, bus.rresp == OKAY)
+    bench.claim(BAD_WRITE, bus.bvalid & ~writable, bus.bresp == SLVERR)
+    bench.claim(GOOD_WRITE, bus.bvalid & writable, bus.bresp == OKAY)
+    return now, begins
 
 
-def _among(number: Value, places: list[int]) -> Value:
-    return Cat(number == place for place in places).any()
+def _among(number: Value, registers: list[Register]) -> Value:
+    return Cat(number == register.address >> 2 for register in registers).any()
 
 
 def _setting(bench: Bench, block: Any, now: Any, begins: Any) -> None:
@@ -167,6 +174,17 @@ def _setting(bench: Bench, block: Any, now: Any, begins: Any) -> None:
 
 
 _WRITE = "with m.If(self._port.write):"
+_RULES = {
+    f"r: {RULE}": (
+        'with m.If(pipeline.delayed(m, self._port.read, ANSWER - 1, "read", control=True)):',
+        "with m.If(1):",
+    ),
+    f"b: {RULE}": (_WRITE, f"m.d.sync += write_error.eq(~write_error)\n        {_WRITE}"),
+    BAD_READ: ("if register.readable]", "]"),
+    GOOD_READ: ("error.eq(wrong)", "error.eq(1)"),
+    BAD_WRITE: ("in self._map.registers if register.writable]", "in self._map.registers]"),
+    GOOD_WRITE: ("write_error.eq(~self._is_one_of", "write_error.eq(self._is_one_of"),
+}
 
 PROOFS = [
     Proof(
@@ -190,25 +208,12 @@ PROOFS = [
         Registers,
         registers,
         {
-            f"r: {RULE}": (
-                'with m.If(pipeline.delayed(m, self._port.read, ANSWER - 1, "read", control=True)):',
-                "with m.If(1):",
-            ),
-            f"b: {RULE}": (_WRITE, f"m.d.sync += write_error.eq(~write_error)\n        {_WRITE}"),
-            "a read of an unmapped or write-only register is an error": ("if register.readable]", "]"),
-            "another read is none": ("error.eq(wrong)", "error.eq(1)"),
+            **_RULES,
             "a constant reads as it is": ("reduce(or_, groups)", "~reduce(or_, groups)"),
-            "a write of an unmapped or read-only register is an error": (
-                "in self._map.registers if register.writable]",
-                "in self._map.registers]",
-            ),
-            "another write is none": ("write_error.eq(~self._is_one_of", "write_error.eq(self._is_one_of"),
-            "a setting is what was written": (
-                "self._port.write & (number == register",
-                "self._port.write & (number != register",
-            ),
+            "a setting is what was written": ("self._port.write & (number ==", "self._port.write & (number !="),
         },
         depth=6,
         size=f"{len(MAP.registers)} registers",
     ),
+    Proof(Registers, all_registers, _RULES, depth=6, size="those of a core"),
 ]

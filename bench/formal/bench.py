@@ -40,14 +40,19 @@ class Bench:
     def place(self, block: Any) -> dict[str, Any]:
         """Put ``block`` into the module, its inputs free; returns its signals by their names.
 
-        Signals of a submodule have its name and a point before theirs.  A memory has the name of its submodule.
+        Signals of a submodule have its name and a point before theirs; the second of two with the same name has " (2)"
+        after it.  A memory has the name of its submodule.
         """
         for _, member, port in block.signature.flatten(block):
             value = Value.cast(port)
             if member.flow is In and isinstance(value, Signal):
                 self._inputs.append(value)
         self.m.submodules.block = fragment = Fragment.get(block, None)
-        return dict(_inner(fragment, ""))
+        found: dict[str, Any] = {}
+        for name, each in _inner(fragment, ""):
+            if found.setdefault(name, each) is not each:
+                found[f"{name} (2)"] = each
+        return found
 
     def look_up(self, memory: Any, address: Any) -> Signal:
         """The word of ``memory``, one of :meth:`place`, at ``address``."""

@@ -1,12 +1,14 @@
 """What streams promise, and the blocks of :mod:`tfra.hdl.lib.streams`."""
 
+from types import SimpleNamespace
 from typing import Any
 
 from amaranth import Array, Cat, Const, Mux, Signal, Value, unsigned
+from amaranth.lib import data
 
 from bench.formal.bench import Bench
 from bench.formal.prove import Proof
-from tfra.hdl.lib.streams import Buffer, Fifo, Fork, SkidBuffer, Tokens
+from tfra.hdl.lib.streams import Buffer, Fifo, Fork, PerFrameFifo, Router, SkidBuffer, Tokens
 
 WIDTH = 3
 RULE, ORDER, SOON = "what is offered stays until it is taken", "no word is lost, doubled or changed", "words leave soon"
@@ -174,6 +176,31 @@ def tokens(bench: Bench, Block: Any) -> None:
     bench.lemma(left <= number)
 
 
+def per_frame_fifo(bench: Bench, Block: Any) -> None:
+    """Three transfers, of which one of two fields is stored."""
+    block = Block(data.StructLayout({"kept": WIDTH, "left": WIDTH}), ("kept",), 3)
+    inner = bench.place(block)
+    ends = [SimpleNamespace(valid=o.valid, ready=o.ready, payload=o.p.kept) for o in (block.i, block.o)]
+    board = Scoreboard(bench, ends[0], ends[1], 3)
+    bench.claim("fields that are not stored are zero", block.o.valid, block.o.p.left == 0)
+    fifo_lemmas(bench, SimpleNamespace(i=ends[0], o=ends[1]), inner, board, 3, 1)
+
+
+def router(bench: Bench, Block: Any) -> None:
+    """Three kinds, two sinks, one of which takes two of the kinds."""
+    table = ((0,), (0, 1), (1,))
+    block = Block(data.StructLayout({"kind": len(table), "words": WIDTH}), table, 2)
+    bench.place(block)
+    came, sent = bench.past(block.i.valid), bench.past(Value.cast(block.i.p.words))
+    kind = bench.past(Value.cast(block.i.p.kind))
+    for way, o in enumerate(block.o):
+        meant = Cat(kind[number] for number, ways in enumerate(table) if way in ways).any()
+        bench.claim(
+            f"a word that is meant for it comes a cycle later ({way})", came & meant, o.valid & (o.payload == sent)
+        )
+        bench.claim(f"no other comes ({way})", ~(came & meant), ~o.valid)
+
+
 PROOFS = [
     Proof(
         SkidBuffer,
@@ -237,6 +264,25 @@ PROOFS = [
             RULE: ("m.d.comb += self.o.valid.eq(left[0])", "m.d.comb += self.o.valid.eq(left[0] & ~self.give)"),
             "a token is offered while one is left": ("left[0]", "left[1]"),
             "none is offered when all are out": ("self.give & completes", "self.give"),
+        },
+    ),
+    Proof(
+        PerFrameFifo,
+        per_frame_fifo,
+        {
+            ORDER: ("payload[name] for", "payload[name][:-1] for"),
+            "fields that are not stored are zero": ("if self._fields else", "if not self._fields else"),
+        },
+    ),
+    Proof(
+        Router,
+        router,
+        {
+            **{
+                f"a word that is meant for it comes a cycle later ({way})": ('words, "words"', 'words + 1, "words"')
+                for way in (0, 1)
+            },
+            **{f"no other comes ({way})": ("self.i.valid & selected", "self.i.valid") for way in (0, 1)},
         },
     ),
 ]
