@@ -25,8 +25,11 @@ PAGE = "docs/how_many_bits.md"
 PLACE = ROOT / "build" / "studies"
 STUDIES = ("hertz", "rectangle", "skin")
 TUTORIAL = "skin"
+RESOURCES = ("LUT", "FF", "BRAM")
 FINGERS = "fingers"
 """That of a skin with many contacts."""
+LEARNED = "learned"
+"""That of the learned estimator, whose designs are synthesised."""
 
 
 def example(name: str) -> str:
@@ -100,6 +103,22 @@ def designs(names: tuple[str, ...]) -> str:
     return "\n".join(lines)
 
 
+def synthesised(out: str) -> str:
+    """The designs of a study that were synthesised, beside their estimates."""
+    head = "| design | products, kbit | coefficients, kbit | total on held-out frames over float's, % | DSP "
+    lines = [
+        f"{head}| {' | '.join(f'{name}, estimated' for name in RESOURCES)} |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in table(out, "designs").drop_nulls("synthesised_LUT").rows(named=True):
+        used = [f"{row[f'synthesised_{name}']:,}, {row[name]:,.0f}" for name in RESOURCES]
+        lines.append(
+            f"| {row['name']} | {row['multiplier_kbit']:,.0f} | {row['coefficient_kbit']:.0f} "
+            f"| {row[f'{CHANGE}_held_out']:+.2f} | {row['DSP']:.0f} | {' | '.join(used)} |"
+        )
+    return "\n".join(lines)
+
+
 def sentence(out: str) -> str:
     """The answer on top of a report, its lines as a list."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
@@ -115,7 +134,7 @@ def main() -> None:
     if not parser.parse_args().keep:
         shutil.rmtree(PLACE, ignore_errors=True)
     PLACE.mkdir(parents=True, exist_ok=True)
-    for name in (*STUDIES, FINGERS):
+    for name in (*STUDIES, FINGERS, LEARNED):
         if not (PLACE / name).exists():
             run(name)
     insert("bits answer", sentence(TUTORIAL), PAGE)
@@ -123,6 +142,8 @@ def main() -> None:
     insert("bits cascade", cascade(TUTORIAL), PAGE)
     insert("bits uniform", uniform(TUTORIAL), PAGE)
     insert("bits sensors", designs(STUDIES), PAGE)
+    insert("bits learned answer", sentence(LEARNED), PAGE)
+    insert("bits learned", synthesised(LEARNED), PAGE)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ def write_examples(path: Path, names: list[str]) -> list[str]:
     Returns the names of the files.  Raises ``InputError`` as ``output_directory``.
     """
     known = examples()
-    configs = {tomllib.loads(known[name]).get("config", "").removesuffix(".toml") for name in names if _toml(name)}
+    configs = {config for name in names if _toml(name) for config in _configs(known[name])}
     chosen = {*names, *configs} & known.keys()
     weights = {name for each in chosen if _toml(each) for name in _weights(each, known[each])}
     with output_directory(path, "examples") as folder:
@@ -43,6 +43,12 @@ def _toml(name: str) -> bool:
 def _file(name: str) -> str:
     """The file of the example ``name``."""
     return f"{name}.toml" if _toml(name) else name
+
+
+def _configs(text: str) -> set[str]:
+    """The names of the CONFIG files that a STUDY reads."""
+    study = tomllib.loads(text)
+    return {name.removesuffix(".toml") for name in (study.get("config", ""), *study.get("beside", []))}
 
 
 def _weights(name: str, text: str) -> set[str]:

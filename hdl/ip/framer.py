@@ -23,7 +23,9 @@ HEADER_WORDS = 2
 FORMAT, RECORDS_FORMAT = 1, 2
 """Version of the output frame: of a core's result, and of the records of a skin."""
 FRAMES, SKIN_FRAMES = 8, 16
-"""Frames whose facts wait: at least as many as a core or a skin holds, or it would wait for them."""
+"""Frames whose facts wait: at least as many as a core or a skin holds, or facts of frames behind them would be lost."""
+TINY = 8
+"""Most taxels of arrays with so few codes that the way into a core holds those of one more frame."""
 
 FAULTS = {"saturation": 2, "sequence_gap": 5, "simulated": 7, "out_of_range": 8, "stuck": 9}
 """Bits of the flags in the second word, which are those of ERRORS."""
@@ -42,6 +44,13 @@ def check(array: Design | Skin) -> None:
 def forces(array: Design | Skin) -> Field | None:
     """The forces at the taxels in the result or the record, if there are any."""
     return next((field for field in result_layout(array) if field.name.rpartition(".")[2] == "forces"), None)
+
+
+def frames(array: Design | Skin) -> int:
+    """Frames whose facts wait behind ``array``."""
+    if isinstance(array, Skin):
+        return SKIN_FRAMES
+    return FRAMES + (array.sensor.taxels <= TINY)
 
 
 def version(array: Design | Skin) -> int:
@@ -67,7 +76,7 @@ class Framer(wiring.Component):
     def __init__(self, array: Design | Skin) -> None:
         check(array)
         field = forces(array)
-        self._format, self._frames = version(array), SKIN_FRAMES if isinstance(array, Skin) else FRAMES
+        self._format, self._frames = version(array), frames(array)
         self._words, _ = result_shape(array)
         self._last = list(header_bits(array)).index("last") if isinstance(array, Skin) else None
         self._forces = range(0) if field is None else range(field.start, field.start + field.count)

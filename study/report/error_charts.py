@@ -208,23 +208,24 @@ def with_change(sensitivity: pl.DataFrame, errors: pl.DataFrame) -> pl.DataFrame
 
 
 def sensitivity(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
-    """Change of the arithmetic's error with one bit less of each signal, the largest change on top.
+    """Change of the arithmetic's error with fewer bits of each signal, the largest change by the fewest on top.
 
     The table is that of :func:`with_change`.
     """
     change = f"{statistic}_change"
     rows = tables["sensitivity"].filter(quantity=quantity, step=Step.ARITHMETIC)
     rows = rows.select(~cs.ends_with(*INTERVAL))  # of other frames; the change is that on the same ones
-    own = rows.filter(view=View.OWN, shorter=1)
+    own = rows.filter(pl.col("shorter") == pl.col("shorter").min(), view=View.OWN)
     names = own.sort(change, "signal", descending=[True, False], nulls_last=True)["signal"].to_list()
     rows = rows.filter(pl.col("signal").is_in(names), view=view)
     axis = {"title": {"text": f"change of the {STATISTICS[statistic]} / %"}, "zeroline": True}
     chart = rows_figure(names, ROW_HEIGHT, axis, barmode="group", bargap=0.25)
-    colours = {1: VIEWS[View(view)].colour, 2: ORANGE, 4: PURPLE}
-    for (less,), some in rows.group_by("shorter", maintain_order=True):
+    colours = dict(zip(sorted(rows["shorter"].unique()), (VIEWS[View(view)].colour, ORANGE, PURPLE), strict=False))
+    for (less,), some in rows.sort("shorter", maintain_order=True).group_by("shorter", maintain_order=True):
         name, marker = f"{less} bit{'s' if less != 1 else ''} less", {"color": colours.get(less, GREY)}
         misfits, fits = ([row for row in some.to_dicts() if is_misfit(row) == misfit] for misfit in (True, False))
-        group: dict[str, Any] = {"legendgroup": str(less), "visible": True if less == 1 else "legendonly"}
+        shown = True if less == next(iter(colours)) else "legendonly"
+        group: dict[str, Any] = {"legendgroup": str(less), "visible": shown}
         bars = series(name, fits, [row[change] for row in fits], [names.index(row["signal"]) for row in fits])
         chart.add_bar(**bars, orientation="h", marker=marker, **group)
         at = [names.index(row["signal"]) for row in misfits]

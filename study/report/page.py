@@ -142,9 +142,9 @@ SECTIONS = (
     Section(
         "sensitivity",
         "Which signals need their bits",
-        "A bar is the growth of the error in percent when only this signal has one bit less, worst on top. Signals "
-        "without a bar have bits to spare. A click on the legend shows two and four bits less. A cross marks "
-        "impossible combinations.",
+        "A bar is the growth of the error in percent when only this signal has fewer bits, worst on top. Signals "
+        "without a bar have bits to spare. A click on the legend shows more bits less. A cross marks impossible "
+        "combinations.",
         ("sensitivity",),
         by_view("sensitivity", error_charts.sensitivity),
     ),

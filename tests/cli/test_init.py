@@ -79,6 +79,8 @@ def test_examples(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["examples", "study_quick", "--out", "one"]) == 0
     assert {path.name for path in Path("one").glob("[!t]*")} == {"study_quick.toml", "hertz_40x20.toml", WEIGHTS}
     assert capfd.readouterr().out.endswith(f"one: hertz_40x20.toml, {WEIGHTS}, study_quick.toml\n")
+    assert main(["examples", "study_learned", "--out", "two"]) == 0
+    assert {path.stem for path in Path("two").glob("*.toml")} == {"study_learned", "learned_fast", "hertz_40x20"}
     for path in Path("all").glob("*.toml"):
         if not path.name.startswith("study"):
             load(path)

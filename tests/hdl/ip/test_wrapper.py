@@ -122,6 +122,30 @@ def test_latencies_of_cores(built: Design, frames: int, cut: int) -> None:
         assert set(np.diff(given[2:, -1])) >= {cycles + late for cycles in core.intervals}
 
 
+def of_size(rows: int, columns: int) -> TfraDesign:
+    return replace(design(2), sensor=SensorArray(rows, columns, 4e-3, 2e-3, 3e-3))
+
+
+@pytest.mark.parametrize("built", [of_size(2, 3), *long(of_size(2, 2), of_size(2, 4), of_size(3, 3))], ids=str)
+def test_no_frame_is_lost_while_results_wait(built: Design) -> None:
+    """The core fills up, and the facts of all frames in it and in front of it wait, however small a frame is."""
+    core, taxels, frames = microarchitecture(built), (FRAME * 2)[: built.sensor.taxels], 14
+    bench = Bench(built, core=core.build(), open=False)
+
+    async def opens(ctx: Any) -> None:
+        await ctx.tick().repeat(frames * core.initiation_interval + core.frame_latency)
+        bench.open = True
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        for number in range(frames):
+            await bench.send(ctx, packed(taxels, built.bus.taxels_per_beat), number)
+        await bench.settle(ctx, frames * core.initiation_interval + core.frame_latency)
+
+    bench.run(host, opens)
+    assert [words[0] >> 16 for _, words in bench.back] == [*range(frames)]
+
+
 def test_counters_are_held_together() -> None:
     """At every phase of the frames that go on: what is read is of one cycle, and what came meanwhile is not lost."""
     bench = Bench(design())

@@ -282,6 +282,15 @@ def test_sensitivity_is_relative_to_the_design_as_it_is(page: str, tables: dict[
         assert value == pytest.approx(100 * (row["p95"].item() / base - 1))
 
 
+def test_the_fewest_bits_less_are_shown_first(tables: dict[str, pl.DataFrame]) -> None:
+    """Which are not one bit in every study."""
+    some = {"errors": tables["errors"], "sensitivity": tables["sensitivity"].filter(shorter=4)}
+    shown = traces(render(some, design(), TITLE), "sensitivity-own", FORCE, "p95")
+    assert list(shown) == ["4 bits less"]
+    assert shown["4 bits less"]["visible"] is True
+    assert shown["4 bits less"]["x"]
+
+
 # Bytes, and what is missing
 
 
