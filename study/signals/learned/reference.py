@@ -4,7 +4,6 @@ Values have the model's scaling: normalised frames, vectors on the vector grid a
 reference takes over the exponent and the turn of phi, so it differs from the words by arithmetic alone.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,7 @@ from tfra.model.fixed.learned.operators import PLACES, field_matrices, network_r
 from tfra.model.fixed.learned.pipeline import Trace
 from tfra.model.learned.field import MOST_FRICTION
 from tfra.study.signals.measures import Values
+from tfra.study.signals.stages import Stages
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class Decisions:
         return cls(trace.frame.exponent, turn)
 
 
-class Reference:
+class Reference(Stages):
     """The unquantised stages of ``design``, for frames with contact."""
 
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
         self._rows = {name: (rows, EE) for name, rows in network_rows(design, design.weights).items()}
         self._grid = 2.0**design.formats.vector_fraction
-        self._steps: list[Callable[[Values, Decisions], Values]] = [
+        self.steps = [
             self._normaliser, self._first, self._second, self._outputs, self._resultant, self._angle, self._friction,
         ]  # fmt: skip
         if design.taxel_forces:
@@ -49,18 +49,7 @@ class Reference:
                 name: (folding.rows(matrix, flip), flip)
                 for name, (matrix, flip) in field_matrices(design.sensor).items()
             }
-            self._steps += [self._still, self._sheared, self._field, self._forces]
-
-    def from_codes(self, codes: Ints, decided: Decisions) -> Values:
-        """Every signal of ``codes (n, m)``, each stage fed with the reference of those before it."""
-        values: Values = {"codes": codes}
-        for step in self._steps:
-            values |= step(values, decided)
-        return values
-
-    def from_inputs(self, values: Values, decided: Decisions) -> Values:
-        """Every signal, each stage fed with ``values``: the model's own signals, and ``codes``."""
-        return {name: value for step in self._steps for name, value in step(values, decided).items()}
+            self.steps += [self._still, self._sheared, self._field, self._forces]
 
     def _product(self, name: str, vector: Floats) -> Floats:
         rows, flip = self._rows[name]

@@ -4,7 +4,6 @@ Values have the model's scaling: normalised frames, vectors on the vector grid a
 takes over the model's decisions, so it differs from the words by arithmetic alone.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import Trace
 from tfra.study.signals.measures import Values
+from tfra.study.signals.stages import Stages
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Decisions:
         )  # fmt: skip
 
 
-class Reference:
+class Reference(Stages):
     """The unquantised stages of ``design``, for frames that are swept."""
 
     def __init__(self, design: TfraDesign) -> None:
@@ -49,22 +49,11 @@ class Reference:
         self._pinv = np.stack([ops.pinv1, ops.pinv2, ops.pinv3]) / h2
         self._c33_inv, self._normal = ops.c33_inv / h2, ops.c33 @ ops.pinv3
         self._grid = 2.0**design.formats.vector_fraction
-        self._steps: tuple[Callable[[Values, Decisions], Values], ...] = (
+        self.steps = (
             self._normaliser, self._centroids, self._contact, self._weights, self._residual, self._dependent,
             self._residuals, self._products, self._sweep, self._friction, self._winner, self._force, self._forces,
             self._resultant, self._gain, self._angle, self._scaling,
         )  # fmt: skip
-
-    def from_codes(self, codes: Ints, decided: Decisions) -> Values:
-        """Every signal of ``codes (n, m)``, each stage fed with the reference of those before it."""
-        values: Values = {"codes": codes}
-        for step in self._steps:
-            values |= step(values, decided)
-        return values
-
-    def from_inputs(self, values: Values, decided: Decisions) -> Values:
-        """Every signal, each stage fed with ``values``: the model's own signals, and ``codes``."""
-        return {name: value for step in self._steps for name, value in step(values, decided).items()}
 
     def _taxels(self, folded: Floats | Ints) -> Floats:
         return to_taxels(self._design, butterfly(np.asarray(folded, dtype=np.float64))) / 4
