@@ -1,13 +1,13 @@
 """The lines of the scorecard, in their order."""
 
-from bench.scorecard import lint, overflow, reproducible
+from bench.scorecard import lint, overflow, proofs, reproducible
 from bench.scorecard.line import Line
 from bench.scorecard.words import measure as words
 
 LINES = (
     words.LINE,
     Line(2, "words of the netlist of each preset equal those of its Verilog", "every preset, 0 differ"),
-    Line(3, "properties proven formally", "all proven"),
+    proofs.LINE,
     overflow.LINE,
     Line(5, "wrong changes of gateware and model that tests notice", "1,000 changes of the Verilog, all noticed"),
     Line(6, "coverage of the sources and of the Verilog", "every line and branch, or told why not"),
