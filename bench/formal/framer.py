@@ -9,7 +9,7 @@ from bench.formal.bench import Bench
 from bench.formal.prove import Proof
 from bench.formal.streams import RULE, Scoreboard, fifo_lemmas, stays, taken
 from tfra.hdl.front_end.ports import FACTS
-from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, FRAMES, Framer, forces
+from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, Framer, forces, frames
 from tfra.model.choices import Architecture
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -41,7 +41,7 @@ def framer(bench: Bench, Block: Any) -> None:
     ends = taken(result) & result.p.last
     facts = FACTS(inner["fifo.o__payload"])
     leaves = SimpleNamespace(valid=ends, ready=1, payload=inner["fifo.o__payload"])
-    board = Scoreboard(bench, block.facts, leaves, FRAMES, FACTS_LEAVE)
+    board = Scoreboard(bench, block.facts, leaves, frames(DESIGN), FACTS_LEAVE)
     with m.If(taken(result)):
         m.d.sync += number.eq(Mux(result.p.last, 0, number + 1))
         m.d.sync += frame.eq(frame + ((number == 0) & ~facts.bad))
@@ -87,7 +87,7 @@ def _lemmas(bench: Bench, block: Any, inner: Any, board: Scoreboard, at: Any) ->
     bench.lemma(inner["number_last"] == (at.number == WORDS - 1))
     queue = SimpleNamespace(i=block.facts, o=SimpleNamespace(payload=inner["fifo.o__payload"]))
     fifo = {name.removeprefix("fifo."): signal for name, signal in inner.items() if name.startswith("fifo.")}
-    fifo_lemmas(bench, queue, fifo, board, FRAMES, 1)
+    fifo_lemmas(bench, queue, fifo, board, frames(DESIGN), 1)
 
 
 PROOFS = [
