@@ -76,11 +76,16 @@ class _Float:
     """The float estimator of a design; those of one kind with the same settings are the same."""
 
     settings: tuple[Hashable, ...]
-    model: Callable[[npt.ArrayLike], Result] = field(compare=False)
+    design: Design = field(compare=False)
 
     @classmethod
     def of(cls, design: Design) -> "_Float":
-        return cls((design.estimator, *design.float_settings), design.float_model)
+        return cls((design.estimator, *design.float_settings), design)
+
+    @property
+    def model(self) -> Callable[[npt.ArrayLike], Result]:
+        """Made when it is asked for, since most designs share results that are there."""
+        return self.design.float_model
 
 
 class Cascade:

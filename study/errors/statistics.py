@@ -5,7 +5,7 @@ without traction cannot be compared.  :func:`flagged` counts them.  Quantiles ar
 into blocks does not matter; a million frames take some 300 MB.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise, product
 from typing import Any
 
@@ -68,19 +68,23 @@ def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.D
     frame that has the worst.  ``bias`` is the mean with its sign, null where there is none.  ``count`` leaves out
     frames whose error is unknown or undefined, such as that of phi without friction.
     """
-    used = scores.filter(unflagged(scores))
-    frames = used["frame"].to_numpy()
+    return spreads(scores.filter(unflagged(scores)), SIGNED, compared)
+
+
+def spreads(scores: pl.DataFrame, quantities: Mapping[str, bool], compared: Sequence[Step]) -> pl.DataFrame:
+    """Return the same of all ``scores``, for ``quantities`` and whether the error of each has a sign."""
+    frames = scores["frame"].to_numpy()
     rows = [
         {"quantity": key, "step": step, "view": view}
-        | spread(used[error_column(key, step, view)].to_numpy(), frames, signed)
-        for key, signed in SIGNED.items()
+        | _spread(scores[error_column(key, step, view)].to_numpy(), frames, signed)
+        for key, signed in quantities.items()
         for step in compared
         for view in View
     ]
     return pl.DataFrame(rows, schema=ERRORS)
 
 
-def spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
+def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
     """Return the columns of a row of errors that follow the view, from ``values (n,)`` and the ``frames`` of each."""
     known = np.flatnonzero(~np.isnan(values))
     exact = values[known].astype(np.float64)

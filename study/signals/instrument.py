@@ -22,6 +22,7 @@ from tfra.study.signals.measures import (
     range_of,
     total,
 )
+from tfra.study.signals.stages import Stages
 
 Kind = TypeVar("Kind", bound=Design)
 
@@ -29,10 +30,11 @@ Kind = TypeVar("Kind", bound=Design)
 class Instrument(ABC, Generic[Kind]):
     """The signals inside the bit-accurate model of ``design``, beside float64.
 
-    ``over_array`` are the signals with a quad of words for each four mirror taxels.
+    ``over_array`` are the signals with a quad of words for each four mirror taxels, ``reference`` is float64.
     """
 
     over_array: Collection[str]
+    reference: Stages
 
     def __init__(self, design: Kind) -> None:
         self.design = design
@@ -97,8 +99,13 @@ class Instrument(ABC, Generic[Kind]):
         """Weight of the last bit of those of :meth:`words` where it is not 1; with the signal's number of axes."""
 
     @abstractmethod
+    def decisions(self, trace: Any) -> Any:
+        """Those of the model, which the ``reference`` takes over."""
+
     def references(self, trace: Any, inputs: Values) -> tuple[Values, Values]:
         """The same in float64: from the codes on, and each stage from ``inputs``, the model's own values."""
+        decided = self.decisions(trace)
+        return self.reference.from_codes(trace.codes, decided), self.reference.from_inputs(inputs, decided)
 
     @abstractmethod
     def flips(self, trace: Any) -> Measures:

@@ -12,8 +12,8 @@ import polars as pl
 
 from tfra.model.skin.finding import Mark
 from tfra.model.tfra import Status
-from tfra.study.errors.cascade import Step, View, decision_column, error_column
-from tfra.study.errors.statistics import ERRORS, rate, spread
+from tfra.study.errors.cascade import Step, decision_column
+from tfra.study.errors.statistics import rate, spreads
 from tfra.study.skins.cascade import SIGNED
 
 COUNTS = (1, 2, 3, 5, 9, 17, 65)
@@ -64,15 +64,7 @@ def _unless_empty(split: str, name: str, rows: pl.DataFrame) -> Iterator[tuple[s
 
 def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.DataFrame:
     """Return a row each quantity, step ``compared`` and view, as :func:`tfra.study.errors.statistics.errors` does."""
-    frames = scores["frame"].to_numpy()
-    rows = [
-        {"quantity": key, "step": step, "view": view}
-        | spread(scores[error_column(key, step, view)].to_numpy(), frames, signed)
-        for key, signed in SIGNED.items()
-        for step in compared
-        for view in View
-    ]
-    return pl.DataFrame(rows, schema=ERRORS)
+    return spreads(scores, SIGNED, compared)
 
 
 def by_group(scores: pl.DataFrame) -> pl.DataFrame:

@@ -12,17 +12,18 @@ from tfra.study.signals.instrument import Counter, Instrument
 from tfra.study.signals.learned.observation import catalogue, observe
 from tfra.study.signals.learned.reference import Decisions, Reference
 from tfra.study.signals.learned.signals import FOLDED, last_bits, stage_of, words
-from tfra.study.signals.measures import Measures, Observed, Values, Word
+from tfra.study.signals.measures import Measures, Observed, Word
 
 
 class LearnedInstrument(Instrument[LearnedDesign]):
     """The signals inside the network and the forward model; errors are those of frames with a direction."""
 
     over_array = FOLDED
+    reference: Reference
 
     def __init__(self, design: LearnedDesign) -> None:
         super().__init__(design)
-        self._reference = Reference(design)
+        self.reference = Reference(design)
         self._float = design.float_model
 
     @property
@@ -47,9 +48,8 @@ class LearnedInstrument(Instrument[LearnedDesign]):
     def last_bits(self, trace: Trace) -> Mapping[str, Floats]:
         return last_bits(self.design)
 
-    def references(self, trace: Trace, inputs: Values) -> tuple[Values, Values]:
-        decided = Decisions.of(self.design, trace)
-        return self._reference.from_codes(trace.codes, decided), self._reference.from_inputs(inputs, decided)
+    def decisions(self, trace: Trace) -> Decisions:
+        return Decisions.of(self.design, trace)
 
     def flips(self, trace: Trace) -> Measures:
         codes, sensor, count = trace.codes, self.design.sensor, Counter()

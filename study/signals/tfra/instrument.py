@@ -9,7 +9,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import Trace
 from tfra.model.tfra import TIE, Status, Tfra
 from tfra.study.signals.instrument import Counter, Instrument
-from tfra.study.signals.measures import Measures, Observed, Values, Word
+from tfra.study.signals.measures import Measures, Observed, Word
 from tfra.study.signals.tfra.observation import catalogue, observe
 from tfra.study.signals.tfra.reference import Decisions, Reference
 from tfra.study.signals.tfra.signals import FOLDED, last_bits, stage_of, words
@@ -19,10 +19,11 @@ class TfraInstrument(Instrument[TfraDesign]):
     """The signals inside TFRA; errors are those of frames that are swept."""
 
     over_array = FOLDED
+    reference: Reference
 
     def __init__(self, design: TfraDesign) -> None:
         super().__init__(design)
-        self._reference = Reference(design)
+        self.reference = Reference(design)
         self._float = Tfra.of(design, design.exact_operators)
 
     @property
@@ -44,9 +45,8 @@ class TfraInstrument(Instrument[TfraDesign]):
     def last_bits(self, trace: Trace) -> Mapping[str, Floats]:
         return last_bits(self.design, trace)
 
-    def references(self, trace: Trace, inputs: Values) -> tuple[Values, Values]:
-        decided = Decisions.of(self.design, trace)
-        return self._reference.from_codes(trace.codes, decided), self._reference.from_inputs(inputs, decided)
+    def decisions(self, trace: Trace) -> Decisions:
+        return Decisions.of(self.design, trace)
 
     def flips(self, trace: Trace) -> Measures:
         codes, sensor, count = trace.codes, self.design.sensor, Counter()
@@ -60,7 +60,7 @@ class TfraInstrument(Instrument[TfraDesign]):
         alike = count("contact", np.ones(len(codes), dtype=np.bool_), contact == frame.contact)
         alike = count("traction", alike & contact, swept == frame.regular) & swept
         alike = count("no direction", alike, has(Status.NO_DIRECTION) == direction.vanishing)
-        cos, sin = self._reference.direction(codes, ~alike | direction.vanishing).T
+        cos, sin = self.reference.direction(codes, ~alike | direction.vanishing).T
         sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)
         alike = count("swept variable", alike, sweep_y == direction.sweep_y)
         alike = count("sign", alike, (np.where(sweep_y, sin, cos) < 0) == direction.negative)
