@@ -3,7 +3,7 @@
 import json
 import subprocess
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -59,7 +59,7 @@ class Configuration:
         design, array = self.design, self.array
         core, (words, bits), skin = microarchitecture(design), result_shape(array), isinstance(array, Skin)
         control = RUN | FORCES | CHECK_SEQUENCE | CUT_THROUGH * self.cut_through
-        settings = setting_ports(array) if isinstance(array, Skin) else {}
+        settings = setting_ports(array) if isinstance(array, Skin) and not self.wrapped else {}
         return {
             "ROWS": array.sensor.rows,
             "COLUMNS": array.sensor.columns,
@@ -82,6 +82,19 @@ class Configuration:
         }
 
     @property
+    def top(self) -> str:
+        """The name of the outermost module."""
+        return module_name(self.array) if self.wrapped else self.array.name
+
+    @cached_property
+    def texts(self) -> dict[str, str]:
+        """Verilog and images, by the files' names."""
+        made = generated(self.array, cache_directory())
+        texts = {f"{self.array.name}.v": made.verilog, **made.images}
+        texts |= {f"model{number}.v": text for number, text in enumerate(made.models)}
+        return texts | ({f"{self.top}.v": wrapper_verilog(self.array)} if self.wrapped else {})
+
+    @property
     def coefficients(self) -> bytes:
         """Those that are loaded after a reset, 32 bits each."""
         loaded = microarchitecture(self.design).loaded
@@ -102,48 +115,54 @@ class Outcome:
         return not (self.counts["differ"] or self.counts["broken"] or self.counts["missing"])
 
 
-class Harness:
-    """The program for a ``configuration`` in an empty ``folder``; raises ``ToolError`` where it can't be built.
+def built(
+    configuration: Configuration,
+    folder: Path,
+    source: Path = SOURCE,
+    texts: Mapping[str, str] | None = None,
+    settings: str = "",
+    options: Iterable[str] = (),
+) -> Path:
+    """The program of ``source`` around the Verilated ``configuration``, in the empty ``folder``.
 
-    ``planted`` is an error to try it with: (text, other text) in the Verilog.
+    ``texts`` are files to take in place of its own Verilog, ``settings`` statements that set more ports at a reset, and
+    ``options`` of Verilator.  Raises ``ToolError`` where it can't be built.
     """
+    array = configuration.array
+    macros = dict(configuration.macros)
+    macros["SETTINGS"] += settings
+    shape = "".join(f"#define {name} {value}\n" for name, value in macros.items())
+    texts = {**(configuration.texts if texts is None else texts), "shape.h": f"#include <stdint.h>\n{shape}"}
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    (folder / "coefficients").write_bytes(configuration.coefficients)
+    (folder / "core.so").write_bytes(skin_library(array) if isinstance(array, Skin) else library(array))
+    choose("verilator")
+    command = ["verilator", "--cc", "--exe", "--build", "-O3", "-Wno-fatal", "-Wno-lint", "--prefix", "Vtop"]
+    command += ["--top-module", configuration.top, "--Mdir", str(folder / "made"), *options]
+    command += ["-CFLAGS", f"-std=gnu++20 -I{folder} -I{SOURCE.parent}"]
+    command += ["-MAKEFLAGS", "OPT_FAST=-O2", "-MAKEFLAGS", "OPT_GLOBAL=-O0"]  # Verilator's own code takes long
+    command += ["-LDFLAGS", "-ldl", "-o", "harness", str(source)]
+    verilog = [str(folder / name) for name in texts if name.endswith(".v")]
+    with running([*command, *verilog], folder, environment("verilator", folder)) as process:
+        said, _ = process.communicate()
+    if process.returncode:
+        raise ToolError(complaint("verilator", process.returncode, said))
+    return folder / "made" / "harness"
 
-    def __init__(self, configuration: Configuration, folder: Path, planted: tuple[str, str] | None = None) -> None:
+
+class Harness:
+    """The program ``harness.cpp`` for a ``configuration`` in an empty ``folder``; the rest is that of :func:`built`."""
+
+    def __init__(self, configuration: Configuration, folder: Path, **how: Any) -> None:
         self.configuration, self.folder = configuration, folder
-        array = configuration.array
-        made = generated(array, cache_directory())
-        texts = {f"{array.name}.v": made.verilog, **made.images}
-        texts |= {f"model{number}.v": text for number, text in enumerate(made.models)}
-        top = array.name
-        if configuration.wrapped:
-            top = module_name(array)
-            texts[f"{top}.v"] = wrapper_verilog(array)
-        if planted:
-            before = texts[f"{top}.v"]
-            texts[f"{top}.v"] = before.replace(*planted, 1)
-            if texts[f"{top}.v"] == before:
-                raise ValueError(f"nothing to plant: {planted[0]}")
-        shape = "".join(f"#define {name} {value}\n" for name, value in configuration.macros.items())
-        for name, text in (texts | {"shape.h": f"#include <stdint.h>\n{shape}"}).items():
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_text(text)
-        (folder / "coefficients").write_bytes(configuration.coefficients)
-        (folder / "core.so").write_bytes(skin_library(array) if isinstance(array, Skin) else library(array))
-        choose("verilator")
-        command = ["verilator", "--cc", "--exe", "--build", "-O3", "-Wno-fatal", "-Wno-lint", "--prefix", "Vtop"]
-        command += ["--top-module", top, "--Mdir", str(folder / "made"), "-CFLAGS", f"-std=gnu++20 -I{folder}"]
-        command += ["-MAKEFLAGS", "OPT_FAST=-O2", "-MAKEFLAGS", "OPT_GLOBAL=-O0"]  # Verilator's own code takes long
-        command += ["-LDFLAGS", "-ldl", "-o", "harness", str(SOURCE)]
-        sources = [str(folder / name) for name in texts if name.endswith(".v")]
-        with running([*command, *sources], folder, environment("verilator", folder)) as process:
-            said, _ = process.communicate()
-        if process.returncode:
-            raise ToolError(complaint("verilator", process.returncode, said))
+        self._program = built(configuration, folder, **how)
 
     def run(self, given: Ints, frames: int, seed: int) -> Outcome:
         """Send the codes ``given (n, rows, columns)``, then so many random ``frames``."""
         (self.folder / "given").write_bytes(given.astype("<i4").tobytes())
-        command = [str(self.folder / "made" / "harness"), "./core.so", str(seed), str(frames), "given", "sample"]
+        command = [str(self._program), "./core.so", str(seed), str(frames), "given", "sample"]
         done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise ToolError(complaint("the harness", done.returncode, done.stderr))

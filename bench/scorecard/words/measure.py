@@ -20,7 +20,7 @@ from tfra.model.skin.scenes import recorded
 from tfra.model.skin.skin import Skin
 from tfra.sim.run import simulate
 
-SEED, COUNT, CYCLES = 1, 32, 12_000_000
+SEED, COUNT, CYCLES = 1, 32, 15_000_000
 """Of the configurations, their number, and simulated cycles of each, stalls aside."""
 QUICK_COUNT, QUICK_CYCLES, QUICK_PRESETS = 6, 300_000, 0
 ICARUS_CYCLES = 8_000

@@ -55,7 +55,9 @@ def test_a_planted_word_is_found_and_shrunk(tmp_path: Path) -> None:
     assert good.passed
     assert good.counts["words"] == (len(directed(SMALL)) + 2000) * SMALL.design.frame_words
     assert replayed(SMALL, good)[1] == 0
-    bad = Harness(SMALL, tmp_path / "bad", PLANTED)
+    texts = {name: text.replace(*PLANTED) for name, text in SMALL.texts.items()}
+    assert texts != SMALL.texts
+    bad = Harness(SMALL, tmp_path / "bad", texts=texts)
     found = bad.run(directed(SMALL), 2000, 1)
     assert found.counts["differ"] > 0
     assert -123 in found.counts["codes"]
