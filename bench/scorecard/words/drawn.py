@@ -9,7 +9,7 @@ from bench.exactness.campaign import untrained
 from bench.publish import ROOT
 from bench.scorecard.words.harness import Configuration
 from tfra.codegen.config.read import load
-from tfra.codegen.verilog.wrapper import wrapper
+from tfra.codegen.verilog.wrapper import check_wrapped
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Bus, Formats, Search
 from tfra.model.fixed.design import Design
@@ -33,7 +33,7 @@ def drawn(count: int, seed: int) -> Iterator[Configuration]:
                 microarchitecture(design).check()
                 wrapped = number % 3 == 2
                 if wrapped:
-                    wrapper(design)
+                    check_wrapped(design)
             except ValueError:
                 continue
             break
