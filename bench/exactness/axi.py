@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.exactness.campaign import core, untrained
+from bench.exactness.designs import core, untrained
 from bench.publish import ROOT, publish
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.emit import to_verilog

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.exactness.campaign import untrained
+from bench.exactness.designs import untrained
 from tfra.codegen.verilog.emit import Top, to_rtlil
 from tfra.hdl.cores import as_serial, microarchitecture
 from tfra.hdl.serial.trace import trace

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.exactness.campaign import untrained
+from bench.exactness.designs import untrained
 from bench.publish import ROOT
 from bench.scorecard.words.harness import Configuration
 from tfra.codegen.config.read import load
@@ -17,7 +17,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 
-PRESETS = ("small", "learned_small", "learned_resultant", "skin_8x12")
+PRESETS = ("small", "fast", "learned_small", "learned_resultant", "skin_8x12")
 
 
 def drawn(count: int, seed: int) -> Iterator[Configuration]:

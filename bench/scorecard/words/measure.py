@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, Phase, find, settings
 from hypothesis import strategies as st
 from hypothesis.errors import NoSuchExample
 
-from bench.exactness.campaign import core
+from bench.exactness.designs import core
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
 from bench.scorecard.words.drawn import drawn, presets
 from bench.scorecard.words.harness import Configuration, Harness, Outcome, replayed
@@ -130,6 +130,6 @@ LINE = Line(
     "1e8 words, 30 configurations, 0 wrong",
     "the words are those of the core in C, of which a sample is compared with the model in Python; a frame that is"
     " missing or out of place counts as well. Frames behind AXI all have the right length: `make axi` sends others.",
-    (*GATEWARE, "sim", "bench/exactness/axi.py", "bench/exactness/campaign.py", "bench/scorecard/words"),
+    (*GATEWARE, "sim", "bench/exactness/axi.py", "bench/exactness/designs.py", "bench/scorecard/words"),
     measure,
 )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bench.exactness.axi import differences, run, traffic, verilog
-from bench.exactness.campaign import untrained
+from bench.exactness.designs import untrained
 from bench.publish import ROOT
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.wrapper import module_name

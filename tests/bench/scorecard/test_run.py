@@ -7,7 +7,7 @@ import pytest
 from bench.publish import ROOT, stored
 from bench.scorecard.line import Line, Measured
 from bench.scorecard.lines import LINES
-from bench.scorecard.run import NAME, PAGE, measured, table
+from bench.scorecard.run import NAME, PAGE, measured, table, worse
 
 SOURCE = "bench/publish.py"
 
@@ -53,6 +53,21 @@ def test_table_tells_what_is_missed_and_what_is_not_measured():
         "",
         "* Line 7: a limit.",
     ]
+
+
+def test_table_tells_what_was_measured_before_a_change():
+    one, _ = line()
+    row = table([measured(one, None, False) | {"current": False}]).splitlines()[2]
+    assert "| reached, of earlier sources |" in row
+
+
+@pytest.mark.parametrize(
+    ("now", "before", "bad"),
+    [(True, None, False), (False, None, True), (False, True, True), (False, False, False), (True, False, False)],
+)
+def test_a_quick_run_fails_where_a_line_was_reached_before(now, before, bad):
+    assert worse({"passed": now}, None if before is None else {"passed": before}) == bad
+    assert not worse({}, None)
 
 
 def test_lines_are_those_of_the_page():
