@@ -3,8 +3,7 @@
 # make test-all  these and the long ones: more designs, gates, place and route (docs/development.md)
 # make counts  lines of Python, tests, docs and README, and their limits
 # Campaigns, each of which writes the tables and figures of its pages:
-# make campaign, make axi
-#              many cores against the model, word for word, alone and behind AXI (half an hour)
+# make axi     cores behind AXI against the model, malformed frames included (half an hour)
 # make mutants what the tests notice of small wrong changes, docs/development.md: hours
 # make formal what is proven of the gateware's blocks, docs/formal.md (five minutes)
 # make formats, make bits
@@ -22,7 +21,7 @@
 # make axi_cost  what the wrapper costs, docs/ip.md
 # make scorecard
 #              every line of docs/scorecard.md whose sources have changed; make scorecard-quick measures less, in
-#              minutes, and writes nothing
+#              minutes, writes nothing, and belongs to make test-all
 # make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
 # make clean   forget everything that was made here, the environment included
@@ -36,7 +35,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi mutants formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles formal
+CAMPAIGNS := axi mutants formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles formal
 
 .PHONY: demo test test-rest test-all scorecard scorecard-quick docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:
@@ -54,6 +53,7 @@ test: $(READY) icarus chromium ghdl
 
 test-rest: $(READY) icarus chromium ghdl cross
 	$(PYTEST) -m long
+	$(VENV)/bin/python -m bench.scorecard.run --quick
 
 test-all: test test-rest
 
