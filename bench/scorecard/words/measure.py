@@ -1,5 +1,6 @@
 """Line 1: words of the Verilog against those of the model, by the million."""
 
+import json
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,20 @@ from hypothesis import strategies as st
 from hypothesis.errors import NoSuchExample
 
 from bench.exactness.designs import core
+from bench.scorecard import words
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
 from bench.scorecard.words.drawn import drawn, presets
-from bench.scorecard.words.harness import Configuration, Harness, Outcome, replayed
+from bench.scorecard.words.harness import SOURCE, Configuration, Harness, Outcome, replayed
+from tfra import model
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.skin.scenes import recorded
 from tfra.model.skin.skin import Skin
+from tfra.runtime.digest import digest, sources
+from tfra.runtime.store import cache_directory, cached
+from tfra.sim.compiled import library
+from tfra.sim.compiled_skin import skin_library
 from tfra.sim.run import simulate
 
 SEED, COUNT, CYCLES = 1, 32, 15_000_000
@@ -57,6 +64,18 @@ def shrunk(harness: Harness, codes: Ints) -> Ints | None:
         return np.asarray(frame(find(most, wrong, settings=options))[0])
     except NoSuchExample:
         return None
+
+
+def kept(configuration: Configuration, cycles: int) -> dict[str, Any]:
+    """The record of a configuration, from the cache while nothing that decides it has changed."""
+    array = configuration.array
+    made = skin_library(array) if isinstance(array, Skin) else library(array)
+    harness = (file.read_text() for file in sorted(SOURCE.parent.glob("*.[ch]*")))
+    key = digest(str(cycles), *configuration.texts.values(), made.hex(), *harness, *sources(model, words))
+    place = cache_directory() / f"words-{array.name}-{key}"
+    files = cached(place, lambda: {"record.json": json.dumps(compared(configuration, cycles)).encode()})
+    found: dict[str, Any] = json.loads(files["record.json"])
+    return found
 
 
 def compared(configuration: Configuration, cycles: int) -> dict[str, Any]:
@@ -112,15 +131,15 @@ def measure(quick: bool) -> Measured:
     count, cycles = (QUICK_COUNT, QUICK_CYCLES) if quick else (COUNT, CYCLES)
     records = []
     for configuration in (*drawn(count, SEED), *(() if quick else presets())):
-        records.append(compared(configuration, cycles))
+        records.append(kept(configuration, cycles))
         progress("{name}: {array} {estimator}, {core}{axi:.>13}: {words:,} words".format(**records[-1]))
     bad = [record["name"] for record in records if wrong_words(record)]
-    words, wrong = sum(record["words"] for record in records), sum(map(wrong_words, records))
+    total, wrong = sum(record["words"] for record in records), sum(map(wrong_words, records))
     replay = sum(record["replayed"] for record in records)
     icarus = sum(record["icarus"]["compared"] for record in records)
-    figure = f"{words:,} words in {len(records)} configurations, {wrong:,} wrong in {len(bad)} of them"
+    figure = f"{total:,} words in {len(records)} configurations, {wrong:,} wrong in {len(bad)} of them"
     figure += f"; {replay:,} of them replayed in Python, {icarus:,} in Icarus"
-    enough = quick or (words >= 1e8 and len(records) >= 30)
+    enough = quick or (total >= 1e8 and len(records) >= 30)
     return Measured(figure, enough and not bad, {"seed": SEED, "configurations": records})
 
 
