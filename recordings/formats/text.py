@@ -51,9 +51,12 @@ class Table:
     """Of the columns, if there is a header."""
 
     def split(self, line: str) -> list[str]:
-        """The cells of ``line`` as they are written, without quotes around them."""
+        """The cells of ``line`` as they are written, without quotes around them; one if the quotes make no sense."""
         if '"' in line:
-            (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+            try:
+                (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+            except csv.Error:  # a cell of more than 131,072 characters, an end of the line in the middle
+                return [line]
             return cells
         return line.split(None if self.separator == " " else self.separator)
 

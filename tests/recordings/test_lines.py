@@ -97,6 +97,8 @@ def test_a_tare_says_how_far_it_is_and_what_is_wrong_with_it() -> None:
         ("1,2,3,4,5,1e13", "row 1, column 2 is 1e+13 Pa, the limit is 1e+12 Pa"),
         ("1,2,\0,4,5,6", "a NUL byte is in the text"),
         ("a,b,c,d,e,f", "'a' at position 1 is not a number"),
+        ('"1",2,3\r,4,5,6', "6 numbers (2 rows x 3 columns) are needed, got 1"),
+        (f'"{"1" * 200_000}",2,3,4,5,6', "6 numbers (2 rows x 3 columns) are needed, got 1"),
     ],
 )
 def test_a_line_that_is_no_frame_is_told_and_passed_over(line: str, said: str) -> None:
