@@ -261,7 +261,8 @@ def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     taxels, skip = table.sensor.taxels, table.given.skip_columns
     more = len(cells) - (table.columns.width or len(cells))
     commas = len(cells) == 2 * taxels and table.separator == ","
-    firsts = [float(cells[0]) for _, cells in lines if _is_number(cells[0])]  # text as 12:30:01 may be a time, too
+    numbers = (cells[0] for _, cells in lines if cells and _is_number(cells[0]))
+    firsts = list(map(float, numbers))  # text as 12:30:01 may be a time, too
     named = guessed(table.names, table.sensor)
     others = by_name(named, table.names, table.sensor) if named else None
     in_order = others is None or others.places == tuple(range(1, taxels + 1))

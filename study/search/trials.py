@@ -75,7 +75,7 @@ class Trials:
             rows = execute(_SELECT, (self._search,)).fetchall()
         try:
             return [Trial(number, state, **json.loads(content)) for number, state, content in rows]
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, RecursionError) as error:
             raise StoreError(_line(error)) from None
 
     def add(self, trial: Trial, seconds: float) -> None:
@@ -92,7 +92,7 @@ class Trials:
         try:
             with closing(self._connection()) as connection, connection:
                 yield lambda statement, *values: connection.execute(statement.replace("?", mark), *values)
-        except self._driver.Error as error:
+        except (self._driver.Error, UnicodeError) as error:  # the latter for damaged text
             raise StoreError(_line(error)) from None
 
     def _connection(self) -> Any:

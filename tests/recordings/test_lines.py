@@ -1,6 +1,7 @@
 """Frames from lines as they come are those of a file of the same lines; those of a recording come when they are due."""
 
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -114,6 +115,11 @@ def test_lines_that_are_all_wrong_say_why() -> None:
     assert all(str(line).endswith("is the first column a time stamp? (--skip-columns 1)") for line in found)
     (line,) = FrameLines(SENSOR, ADC, PLAIN).frames([(1, b"\xff\x80")], lambda frame: None)
     assert line == "line 1: is not UTF-8 text: is the baud rate of a serial port right?"
+    _, line = read('1,2,3,4,5,6\n""', Input(columns="1-6"))
+    assert str(line).startswith("line 2: 6 numbers (2 rows x 3 columns) are needed, got 0")
+    with warnings.catch_warnings(action="error"):
+        (line,) = read("1,2,3,4,5,1e308", Input(unit="kPa"))
+    assert line == "line 1: row 1, column 2 is not finite"
     (line,) = read("1,2,3,4,5,4000", Input(unit="codes"))
     assert str(line).startswith("line 1: row 1, column 2 is 4000, signed codes of 12 bits are from ")
 
