@@ -142,8 +142,13 @@ def _awaited(process: subprocess.Popen[bytes], path: Path) -> tuple[bytes, bytes
 
 def brief(counts: dict[str, int]) -> dict[str, dict[str, Any]]:
     """The first inputs of each reader, all in one process, whose death raises ``BrokenProcessPool``."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(1, get_context("spawn"), _quiet) as pool:
         return dict(zip(counts, pool.map(tried, counts, repeat(0), counts.values()), strict=True))
+
+
+def _quiet() -> None:
+    """Drop what libraries print of damaged files."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 def campaign(counts: dict[str, int]) -> dict[str, dict[str, Any]]:
