@@ -14,6 +14,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from tfra.runtime.errors import LONGEST_REASON, shortened
+
 PATIENCE = 5.0
 """Seconds to wait for another writer of the same file."""
 
@@ -125,4 +127,4 @@ def _driver(url: str) -> Any:
 
 
 def _line(error: Exception) -> str:
-    return (str(error) or type(error).__name__).splitlines()[0]
+    return shortened((str(error) or type(error).__name__).splitlines()[0], LONGEST_REASON)
