@@ -106,7 +106,11 @@ def read_loads(file: Path) -> tuple[Load, ...]:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    (cells,) = csv.reader(io.StringIO(line), delimiter=separator, skipinitialspace=True)
+    """The cells of a line; one if it has too long a cell."""
+    try:
+        (cells,) = csv.reader(io.StringIO(line), delimiter=separator, skipinitialspace=True)
+    except csv.Error:
+        return [line]
     return cells
 
 

@@ -10,6 +10,9 @@ from tfra.recordings.input import Input
 _RANGE = re.compile(r"(\d{1,6})-(\d{1,6})")
 _NUMBERS = {"{row}": r"(?P<row>\d{1,4})", "{column}": r"(?P<column>\d{1,4})", "{taxel}": r"(?P<taxel>\d{1,6})"}
 
+_LONGEST = 100
+"""Characters of a name that may be of a taxel: the time to look at one grows with their cube."""
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -67,7 +70,7 @@ def by_name(pattern: str, names: Sequence[str], sensor: SensorArray) -> Columns 
 
 def guessed(names: Sequence[str], sensor: SensorArray) -> str | None:
     """A pattern that the ``names`` of a header fit, if there is one."""
-    for name in (name.strip().strip("\"'") for name in names):
+    for name in (name.strip().strip("\"'") for name in names if len(name) <= _LONGEST):
         two = re.fullmatch(r"(.*?)(\d+)(\D+)(\d+)(\D*)", name)
         one = re.fullmatch(r"(.*?)(\d+)(\D*)", name)
         patterns = [f"{two[1]}{{row}}{two[3]}{{column}}{two[5]}"] if two else []

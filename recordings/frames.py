@@ -112,7 +112,8 @@ def front_end(file: Path, sensor: SensorArray, adc: Adc, given: Input, rest: Flo
     """What makes stress of the numbers of ``file``; raises ``InputError`` for keys that don't fit the array."""
     known = None if given.calibration is None else read_calibration(given.calibration, sensor, given)
     try:
-        return FrontEnd(Array(sensor, adc), given, rest, known)
+        with np.errstate(over="ignore"):  # as below
+            return FrontEnd(Array(sensor, adc), given, rest, known)
     except ValueError as error:
         key, _, reason = str(error).partition(": ")
         raise InputError(file, f"input.{key}", reason) from None
@@ -123,7 +124,8 @@ def pascals(file: Path, levels: Floats, convert: Callable[[Floats], Floats]) -> 
 
     Raises ``InputError`` naming ``file`` for the first value that is no stress.
     """
-    frames = convert(levels)
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is no stress
+        frames = convert(levels)
     _refuse(file, frames, ~(np.abs(frames) <= MOST), _no_stress)
     return frames
 

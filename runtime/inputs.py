@@ -28,6 +28,8 @@ def opened(file: Path) -> Iterator[BinaryIO]:
 
     A pipe could block for ever, and opening a device may have an effect, so neither is opened.
     """
+    if "\0" in str(file):
+        raise InputError(file, "", "cannot be read: no file has a NUL in its name")
     try:
         _require_regular(file, os.stat(file).st_mode)
         # It may have become a pipe since, so it is opened without waiting and checked again.

@@ -96,7 +96,7 @@ def is_as_written(file: Path, command: str) -> bool:
     """Whether ``file`` is an output of ``command``, as it wrote it."""
     try:
         return file.stat().st_size > 0 and file_objection(file, command) is None
-    except OSError:
+    except (OSError, ValueError):  # the latter for a name with a NUL
         return False
 
 

@@ -194,7 +194,7 @@ def cached_step(
 def _limit() -> int:
     """Limit of all entries in bytes; raises ``InputError`` for a variable that is no number of megabytes."""
     wanted = os.environ.get("TFRA_CACHE_MB", str(LIMIT_MB))
-    if not wanted.isdecimal() or not int(wanted):
+    if not re.fullmatch("[0-9]{1,9}", wanted) or not int(wanted):
         raise InputError("TFRA_CACHE_MB", "", f"a whole number of megabytes above 0 is needed, got {quoted(wanted)}")
     return 1_000_000 * int(wanted)
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.codegen.config.read import Project, load_tfra
-from tfra.model.arrays import Bools, Floats
+from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
@@ -27,6 +27,9 @@ CONTEXT = ("stress", "engine", "config")
 """Keys that say where a result comes from; those of earlier versions have none."""
 
 OLD = "the key is missing, an earlier version made this file: run tfra estimate again"
+
+MOST_WHOLE = 2**53
+"""Integers below are doubles."""
 
 _BITS = sum(Status)
 
@@ -148,7 +151,7 @@ def windows(found: Archive, count: int, design: Design, bits: int) -> Result:
     learned = "uncertainty" in values
     values |= {"threshold": _threshold(found)} if learned else {}
     forces = numbers(found, "forces", (count, 3, *frame), may_lack=learned)  # a core may give the resultant alone
-    values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
+    values |= {key: whole(found, key, values[key]) for key in ("sweep_index", "status")}
     path = found.file
     _require_known(path, values["status"] & ~bits != 0, "status", "is no status")
     outside = (values["sweep_index"] < -1) | (values["sweep_index"] > design.search.steps)
@@ -190,6 +193,13 @@ def numbers(found: Archive, key: str, needed: NeededShape, may_lack: bool = Fals
     if len(bad) and not (may_lack and np.isnan(numbers).all()):
         raise InputError(found.file, key, f"frame {bad[0][0]} has a value that is not finite")
     return numbers
+
+
+def whole(found: Archive, key: str, values: Floats) -> Ints:
+    """``values`` of ``key`` as integers; raises ``InputError`` where they are none."""
+    if ((values % 1 != 0) | (np.abs(values) >= MOST_WHOLE)).any():
+        raise InputError(found.file, key, "whole numbers are needed")
+    return values.astype(np.int64)
 
 
 def _project(path: Path, config: str) -> Project:

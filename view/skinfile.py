@@ -12,7 +12,7 @@ from tfra.model.skin.skin import Skin
 from tfra.model.tfra import Status
 from tfra.recordings.arrays import Archive, archive
 from tfra.runtime.errors import InputError
-from tfra.view.resultfile import frames_of, numbers, source, windows
+from tfra.view.resultfile import frames_of, numbers, source, whole, windows
 
 COUNTS = ("found", "dropped")
 """Keys of a skin's result with a number for each frame."""
@@ -58,14 +58,14 @@ def read_skin(path: Path) -> RecordedSkin:
 
 
 def _contacts(found: Archive, skin: Skin, count: int) -> SkinResult:
-    counts = {key: numbers(found, key, (count,)).astype(np.int64) for key in COUNTS}
+    counts = {key: whole(found, key, numbers(found, key, (count,))) for key in COUNTS}
     if (counts["found"] < 0).any():
         raise InputError(found.file, "found", "counts of contacts are needed, got a negative number")
     each = int(counts["found"].sum())
     places = {key: numbers(found, key, (each,)) for key in PLACES}
     x, y = (1e-3 * places.pop(key) for key in ("x_mm", "y_mm"))
-    whole = {key: values.astype(np.int64) for key, values in places.items()}
-    if (whole["frame"] != np.repeat(np.arange(count), counts["found"])).any():
+    integers = {key: whole(found, key, values) for key, values in places.items()}
+    if (integers["frame"] != np.repeat(np.arange(count), counts["found"])).any():
         raise InputError(found.file, "frame", "is not what the numbers of found say")
     pitch = min(skin.sensor.pitch_x, skin.sensor.pitch_y)
-    return SkinResult(x=x, y=y, windows=windows(found, each, skin.window, _BITS), pitch=pitch, **whole, **counts)
+    return SkinResult(x=x, y=y, windows=windows(found, each, skin.window, _BITS), pitch=pitch, **integers, **counts)

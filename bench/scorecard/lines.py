@@ -1,6 +1,7 @@
 """The lines of the scorecard, in their order."""
 
 from bench.scorecard import lint, overflow, proofs, reproducible
+from bench.scorecard.hostile import measure as hostile
 from bench.scorecard.line import Line
 from bench.scorecard.words import measure as words
 
@@ -14,7 +15,7 @@ LINES = (
     Line(7, "upsets of registers that are told or outlived", "told for every register"),
     Line(8, "faults of sensor and streams that are told", "all told"),
     Line(9, "bound on the error of fixed point by proof", "proven for every preset"),
-    Line(10, "hostile inputs, kills, concurrent writers, sanitisers, fuzzing", "no crash, nothing half-written"),
+    hostile.LINE,
     reproducible.LINE,
     lint.LINE,
 )

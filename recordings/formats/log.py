@@ -101,8 +101,10 @@ def _messages(path: Path) -> Iterator[_Message]:
     found = _of_bag(path) if path.is_dir() else _of_mcap(path)
     try:
         yield from found
-    except (InputError, OSError, MemoryError):
+    except (InputError, MemoryError):
         raise
+    except OSError as error:
+        raise InputError(path, "", f"cannot be read: {error.strerror or error}") from None
     except Exception as error:  # as above
         raise InputError(path, "", f"is not a readable log: {shortened(str(error), 100)}") from None
 

@@ -51,9 +51,12 @@ class Table:
     """Of the columns, if there is a header."""
 
     def split(self, line: str) -> list[str]:
-        """The cells of ``line`` as they are written, without quotes around them."""
+        """The cells of ``line`` as they are written, without quotes around them; one if the quotes make no sense."""
         if '"' in line:
-            (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+            try:
+                (cells,) = csv.reader([line], delimiter=self.separator, skipinitialspace=True)
+            except csv.Error:  # a cell of more than 131,072 characters, an end of the line in the middle
+                return [line]
             return cells
         return line.split(None if self.separator == " " else self.separator)
 
@@ -258,7 +261,8 @@ def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     taxels, skip = table.sensor.taxels, table.given.skip_columns
     more = len(cells) - (table.columns.width or len(cells))
     commas = len(cells) == 2 * taxels and table.separator == ","
-    firsts = [float(cells[0]) for _, cells in lines if _is_number(cells[0])]  # text as 12:30:01 may be a time, too
+    numbers = (cells[0] for _, cells in lines if cells and _is_number(cells[0]))
+    firsts = list(map(float, numbers))  # text as 12:30:01 may be a time, too
     named = guessed(table.names, table.sensor)
     others = by_name(named, table.names, table.sensor) if named else None
     in_order = others is None or others.places == tuple(range(1, taxels + 1))

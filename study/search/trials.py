@@ -14,6 +14,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from tfra.runtime.errors import LONGEST_REASON, shortened
+
 PATIENCE = 5.0
 """Seconds to wait for another writer of the same file."""
 
@@ -75,7 +77,7 @@ class Trials:
             rows = execute(_SELECT, (self._search,)).fetchall()
         try:
             return [Trial(number, state, **json.loads(content)) for number, state, content in rows]
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, RecursionError) as error:
             raise StoreError(_line(error)) from None
 
     def add(self, trial: Trial, seconds: float) -> None:
@@ -92,7 +94,7 @@ class Trials:
         try:
             with closing(self._connection()) as connection, connection:
                 yield lambda statement, *values: connection.execute(statement.replace("?", mark), *values)
-        except self._driver.Error as error:
+        except (self._driver.Error, UnicodeError) as error:  # the latter for damaged text
             raise StoreError(_line(error)) from None
 
     def _connection(self) -> Any:
@@ -125,4 +127,4 @@ def _driver(url: str) -> Any:
 
 
 def _line(error: Exception) -> str:
-    return (str(error) or type(error).__name__).splitlines()[0]
+    return shortened((str(error) or type(error).__name__).splitlines()[0], LONGEST_REASON)

@@ -50,6 +50,7 @@ def test_decimal_commas_between_semicolons(tmp_path: Path) -> None:
         ("recording,force_n\na,1,2\n", "line 2: 2 cells are needed as in the header, got 3"),
         ("recording,force_n\na,-2\n", "line 2: force_n: a force into the array is positive here, got -2"),
         ("recording,force_n\na,two\n", "line 2: force_n: a valid number"),
+        (f"recording,force_n\na,{'1' * 200_000}\n", "line 2: 2 cells are needed as in the header, got 1"),
         ("recording,tangential_n\na,2\n", "line 2: force_n: is needed with a tangential force or a tilt"),
         (
             "recording,force_n,tangential_n\na,1,30\n",

@@ -9,6 +9,7 @@ import pytest
 
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
+from tfra.recordings.columns import guessed
 from tfra.recordings.frames import Recording, read_recording
 from tfra.recordings.input import PLAIN, Input, overridden
 from tfra.recordings.lines import FrameLines
@@ -147,3 +148,8 @@ def test_lines_that_come_one_by_one() -> None:
         frames = list(FrameLines(SENSOR, ADC, given).frames(numbered, lambda _: None))
         assert all(isinstance(frame, np.ndarray) for frame in frames)
         assert (np.array(frames) == FRAMES).all()
+
+
+def test_a_name_of_many_digits_is_looked_at_no_further() -> None:
+    """All ways to part it would take days."""
+    assert guessed(["1" * 200_000, "a" * 200_000], SENSOR) is None

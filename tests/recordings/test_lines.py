@@ -1,6 +1,7 @@
 """Frames from lines as they come are those of a file of the same lines; those of a recording come when they are due."""
 
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -97,6 +98,8 @@ def test_a_tare_says_how_far_it_is_and_what_is_wrong_with_it() -> None:
         ("1,2,3,4,5,1e13", "row 1, column 2 is 1e+13 Pa, the limit is 1e+12 Pa"),
         ("1,2,\0,4,5,6", "a NUL byte is in the text"),
         ("a,b,c,d,e,f", "'a' at position 1 is not a number"),
+        ('"1",2,3\r,4,5,6', "6 numbers (2 rows x 3 columns) are needed, got 1"),
+        (f'"{"1" * 200_000}",2,3,4,5,6', "6 numbers (2 rows x 3 columns) are needed, got 1"),
     ],
 )
 def test_a_line_that_is_no_frame_is_told_and_passed_over(line: str, said: str) -> None:
@@ -112,6 +115,11 @@ def test_lines_that_are_all_wrong_say_why() -> None:
     assert all(str(line).endswith("is the first column a time stamp? (--skip-columns 1)") for line in found)
     (line,) = FrameLines(SENSOR, ADC, PLAIN).frames([(1, b"\xff\x80")], lambda frame: None)
     assert line == "line 1: is not UTF-8 text: is the baud rate of a serial port right?"
+    _, line = read('1,2,3,4,5,6\n""', Input(columns="1-6"))
+    assert str(line).startswith("line 2: 6 numbers (2 rows x 3 columns) are needed, got 0")
+    with warnings.catch_warnings(action="error"):
+        (line,) = read("1,2,3,4,5,1e308", Input(unit="kPa"))
+    assert line == "line 1: row 1, column 2 is not finite"
     (line,) = read("1,2,3,4,5,4000", Input(unit="codes"))
     assert str(line).startswith("line 1: row 1, column 2 is 4000, signed codes of 12 bits are from ")
 

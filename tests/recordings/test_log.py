@@ -202,3 +202,10 @@ def test_a_damaged_number_is_noticed(tmp_path: Path) -> None:
     at = good.index(np.float32(FRAMES[2, 0, 0]).tobytes())
     path.write_bytes(good[:at] + b"\1" + good[at + 1 :])
     assert refusal(path).startswith("is not a readable log: crc validation failed")
+
+
+def test_a_bag_that_names_no_possible_file(tmp_path: Path) -> None:
+    path = bag(tmp_path / "log", of("/a", ARRAY, array), StoragePlugin.SQLITE3)
+    about = path / "metadata.yaml"
+    about.write_text(about.read_text().replace("log.db3", f"{'9' * 400}.db3"))
+    assert refusal(path) == "cannot be read: File name too long"

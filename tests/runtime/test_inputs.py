@@ -11,6 +11,7 @@ from tests.recordings.test_frames import mutated, result_or_line
 from tfra.codegen.config.read import load
 from tfra.runtime.errors import LONGEST_VALUE, InputError, quoted, shortened
 from tfra.runtime.inputs import opened, read_toml
+from tfra.runtime.ownership import is_as_written
 
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "hertz_40x20.toml").read_bytes()
 
@@ -59,6 +60,12 @@ def test_what_is_no_file_is_not_opened(tmp_path: Path, make: Callable[[Path], No
     make(tmp_path / "a")
     with pytest.raises(InputError, match=rf"a: is not a regular file but {kind}$"), opened(tmp_path / "a"):
         pass
+
+
+def test_a_name_with_a_nul(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"b: cannot be read: no file has a NUL in its name$"), opened(Path("a\0b")):
+        pass
+    assert not is_as_written(tmp_path / "a\0b", "frames")
 
 
 def test_a_file_that_becomes_a_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -357,7 +357,7 @@ def test_the_longest_unused_entries_go_first(tmp_path: Path, monkeypatch: pytest
     assert all(file.exists() for file in foreign)
 
 
-@pytest.mark.parametrize("value", ["", "0", "-1", "many", "1.5", "\u00b2"])
+@pytest.mark.parametrize("value", ["", "0", "-1", "many", "1.5", "\u00b2", "9" * 5000])
 def test_a_limit_that_is_no_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
     monkeypatch.setenv("TFRA_CACHE_MB", value)
     with pytest.raises(InputError, match=r"^TFRA_CACHE_MB: a whole number of megabytes above 0 is needed, got "):

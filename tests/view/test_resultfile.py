@@ -67,6 +67,8 @@ WRONG = {
     "nan threshold": (having(uncertainty=np.ones(24), threshold=np.nan), "threshold: a positive number is needed"),
     "zero threshold": (having(uncertainty=np.ones(24), threshold=0), "threshold: a positive number is needed, got 0"),
     "status": (having(status=np.full(24, 256)), "status: frame 0: is no status"),
+    "half a status": (having(status=np.full(24, 0.5)), "status: whole numbers are needed"),
+    "large index": (having(sweep_index=np.full(24, 1e300)), "sweep_index: whole numbers are needed"),
     "index": (having(sweep_index=np.full(24, 101)), "sweep_index: frame 0: is no candidate of 101"),
     "text": (having(engine=np.zeros(3)), "engine: a text is needed, got float64"),
     "bad config": (having(config=np.array("[sensor]\nrows = 1")), "config: sensor.columns: "),

@@ -99,6 +99,8 @@ def test_every_contact_has_its_place_among_the_numbers(recorded: RecordedSkin) -
     ("key", "change", "said"),
     [
         ("found", lambda values: 0 * values - 1, "found: counts of contacts are needed, got a negative number"),
+        ("found", lambda values: values + 0.5, "found: whole numbers are needed"),
+        ("top", lambda values: values * 1e300, "top: whole numbers are needed"),
         ("frame", lambda values: values[::-1], "frame: is not what the numbers of found say"),
         ("x_mm", lambda values: values[:-1], "x_mm: shape (6,) is needed, got (5,)"),
         ("mu", lambda values: np.inf * values, "mu: frame 0 has a value that is not finite"),

@@ -149,3 +149,26 @@ def test_a_broken_table(tmp_path: Path) -> None:
     (tmp_path / "trials.db").write_bytes(b"not a database, but long enough to look like one" * 100)
     with pytest.raises(StoreError, match="file is not a database"):
         Trials(sqlite(tmp_path / "trials.db"), "one")
+
+
+@pytest.mark.parametrize("content", ["CAST(x'FF' AS TEXT)", f"'{'[' * 100_000}'", f"""'{{"{"x" * 3000}": 1}}'"""])
+def test_a_damaged_trial(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "trials.db"
+    trials = Trials(sqlite(file), "one")
+    trials.add(Trial(0, COMPLETE, {"a": 1}), 1.0)
+    with closing(sqlite3.connect(file)) as other, other:
+        other.execute(f"UPDATE trials SET content = {content}")
+    with pytest.raises(StoreError) as told:
+        trials()
+    assert len(str(told.value)) < 300
+
+
+def test_a_table_with_a_damaged_message(tmp_path: Path) -> None:
+    """SQLite tells of the schema's bytes, which are no text."""
+    file = tmp_path / "trials.db"
+    Trials(sqlite(file), "one")
+    with closing(sqlite3.connect(file)) as other:
+        other.execute("PRAGMA journal_mode = DELETE")
+    file.write_bytes(file.read_bytes().replace(b"CREATE TABLE trials", b"CREATE T\xffBLE trials"))
+    with pytest.raises(StoreError):
+        Trials(sqlite(file), "one")
