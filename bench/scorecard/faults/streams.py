@@ -163,13 +163,14 @@ FAULTS: dict[str, Plant] = {
 """Faults of the sensor and of its stream by name."""
 
 
-def planted(stream: Stream, plant: Plant, rng: np.random.Generator) -> tuple[Ints, Ints]:
+def planted(stream: Stream, plant: Plant | None, rng: np.random.Generator) -> tuple[Ints, Ints]:
     """Plant a fault into every ``EVERY`` slots of ``stream``; the slots and the taxels, ``(k,)`` each."""
     starts = EVERY * np.arange(1, len(stream.words) // EVERY - 1)
     at = starts + rng.integers(EVERY - LAST - 8, size=len(starts))
     taxels = rng.integers(stream.words.shape[1], size=len(starts))
     for slot, taxel in zip(at.tolist(), taxels.tolist(), strict=True):
-        plant(stream, slot, taxel, rng)
+        if plant:
+            plant(stream, slot, taxel, rng)
     return at, taxels
 
 

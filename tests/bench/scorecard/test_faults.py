@@ -1,6 +1,6 @@
 """Line 8: faults are told when they are, and only then; settings that are off tell nothing."""
 
-from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from bench.scorecard.faults import measure
 from bench.scorecard.faults.host import told as warned
 from bench.scorecard.faults.measure import Bench, alarms, of_stream, small, told, wrong_tables
 from bench.scorecard.faults.player import Heard, Player, heard, read, sent, wait, write
-from bench.scorecard.faults.streams import EVERY, FAULTS, LAST, clean, planted, same_words, stuck_frames
+from bench.scorecard.faults.streams import EVERY, FAULTS, LAST, Stream, clean, planted, same_words, stuck_frames
 from tfra.model.arrays import Ints
 
 STUCK, GAP, STALE, SATURATION = 1 << 9, 1 << 5, 1 << 4, 1 << 2
@@ -82,7 +82,12 @@ def test_a_host_is_warned_of_a_stuck_taxel_and_not_of_a_wrong_bit(monkeypatch: p
 
 def test_one_class_that_is_told_too_late_misses_the_target(monkeypatch: pytest.MonkeyPatch) -> None:
     one = {"planted": 3, "at_once": 3, "later": 0, "never": 0, "by": {"stuck": 3}, "named": 0}
-    record = {"array": "4×4", "clean": {"frames": 9, "missing": 0}, "classes": {"a": one, "b": dict(one)}}
+    none = one | {"at_once": 0, "never": 3, "by": {}}
+    record: dict[str, Any] = {
+        "array": "4×4",
+        "clean": {"frames": 9, "missing": 0},
+        "classes": {"none": none, "a": one, "b": dict(one)},
+    }
     monkeypatch.setattr(measure, "array", lambda *_: record)
     assert measure.measure(True).passed
     record["classes"]["b"] |= {"at_once": 2, "later": 1}
@@ -96,7 +101,7 @@ def test_one_class_that_is_told_too_late_misses_the_target(monkeypatch: pytest.M
 
 
 @pytest.fixture(scope="module")
-def player(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Player]:
+def player(tmp_path_factory: pytest.TempPathFactory) -> Player:
     return Player(small(), tmp_path_factory.mktemp("faults"))
 
 
@@ -117,7 +122,7 @@ def test_a_planted_fault_is_an_alarm_among_clean_frames(player: Player, monkeypa
     assert alarms(bench, 500) == {"frames": 500, "missing": 0}
     draw = bench.stream
 
-    def faulty(count: int):
+    def faulty(count: int) -> Stream:
         stream = draw(count)
         stream.words[100:130, 3] = stream.words[100, 3]
         return stream
