@@ -75,7 +75,7 @@ def told(design: Design, blocks: int, seed: int) -> dict[str, dict[str, Any]]:
                     plant(stream, 1, int(rng.integers(design.sensor.taxels)), rng)
                 stream.words = stream.words[1:]
                 both.append(lines(design, stream))
-            if stream.odd or stream.words.min() < stream.low:
+            if stream.odd or stream.words.min() < stream.low or stream.words.max() >= -stream.low:
                 break  # no recording has such frames or words
             new.append(both[1] - both[0])
         else:
