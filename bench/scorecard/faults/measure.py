@@ -113,12 +113,13 @@ class Bench:
 
 
 def alarms(bench: Bench, frames: int) -> dict[str, int]:
-    """False alarms in so many clean ``frames``: by name, of frames and of ERRORS; frames without a result."""
-    found: Counter[str] = Counter(frames=frames)
+    """Slots with an alarm in so many clean ``frames``, frames without a result, and the alarms by name."""
+    found: Counter[str] = Counter(frames=frames, false=0, missing=0)
     for first in range(0, frames, PIECE):
         count = min(PIECE, frames - first)
         heard = bench.hear(bench.stream(count).script())
-        found += Counter(names(heard.alarms)) + Counter(f"ERRORS.{name}" for name in names(heard.errors))
+        found.update(names(heard.alarms | heard.errors))
+        found["false"] += int((heard.alarms | heard.errors != 0).sum())
         found["missing"] += count - int((heard.status >= 0).sum())
         progress(f"{first + count:,} clean frames: {dict(found)}")
     return dict(found)
@@ -267,7 +268,7 @@ def measure(quick: bool) -> Measured:
     none = classes.pop("none")
     missed = [name for name, one in classes.items() if one["at_once"] < one["planted"]]
     frames = sum(record["clean"]["frames"] for record in records)
-    false = sum(n for record in records for name, n in record["clean"].items() if name != "frames")
+    false = sum(record["clean"]["false"] + record["clean"]["missing"] for record in records)
     false += none["planted"] - none["never"]
     figure = f"{len(classes) - len(missed)} of {len(classes)} classes are told within a frame"
     later = sum(not classes[name]["never"] for name in missed)

@@ -85,7 +85,7 @@ def test_one_class_that_is_told_too_late_misses_the_target(monkeypatch: pytest.M
     none = one | {"at_once": 0, "never": 3, "by": {}}
     record: dict[str, Any] = {
         "array": "4×4",
-        "clean": {"frames": 9, "missing": 0},
+        "clean": {"frames": 9, "false": 0, "missing": 0},
         "classes": {"none": none, "a": one, "b": dict(one)},
     }
     monkeypatch.setattr(measure, "array", lambda *_: record)
@@ -96,7 +96,7 @@ def test_one_class_that_is_told_too_late_misses_the_target(monkeypatch: pytest.M
     assert found.facts["missed"] == ["b"]
     assert found.figure.startswith("1 of 2 classes are told within a frame, 1 later, 0 not or not always; 0 false")
     record["classes"]["b"] = one
-    record["clean"]["stuck"] = 1
+    record["clean"]["false"] = 1
     assert not measure.measure(True).passed
 
 
@@ -112,14 +112,13 @@ def test_settings_that_are_off_tell_nothing(player: Player) -> None:
         assert of_stream(on, name, 3)["never"] == 0
         assert of_stream(off, name, 3)["never"] == 3
     assert of_stream(on, "taxel stuck anywhere", 3)["named"] == 3
-    for name, found in wrong_tables(on, 2):
-        assert (name, found["never"]) in {(name, 2), ("gain of a taxel twice", found["never"])}
+    assert next(wrong_tables(on, 2))[1]["never"] == 2
 
 
 @pytest.mark.long
 def test_a_planted_fault_is_an_alarm_among_clean_frames(player: Player, monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(player, 14, np.random.default_rng(1))
-    assert alarms(bench, 500) == {"frames": 500, "missing": 0}
+    assert alarms(bench, 500) == {"frames": 500, "false": 0, "missing": 0}
     draw = bench.stream
 
     def faulty(count: int) -> Stream:
@@ -128,4 +127,4 @@ def test_a_planted_fault_is_an_alarm_among_clean_frames(player: Player, monkeypa
         return stream
 
     monkeypatch.setattr(bench, "stream", faulty)
-    assert alarms(bench, 500)["stuck"] == 17
+    assert alarms(bench, 500) == {"frames": 500, "false": 17, "missing": 0, "stuck": 17}
