@@ -1,6 +1,7 @@
 """The lines of the scorecard, in their order."""
 
 from bench.scorecard import lint, overflow, proofs, reproducible
+from bench.scorecard.coverage import measure as coverage
 from bench.scorecard.line import Line
 from bench.scorecard.words import measure as words
 
@@ -10,7 +11,7 @@ LINES = (
     proofs.LINE,
     overflow.LINE,
     Line(5, "wrong changes of gateware and model that tests notice", "1,000 changes of the Verilog, all noticed"),
-    Line(6, "coverage of the sources and of the Verilog", "every line and branch, or told why not"),
+    coverage.LINE,
     Line(7, "upsets of registers that are told or outlived", "told for every register"),
     Line(8, "faults of sensor and streams that are told", "all told"),
     Line(9, "bound on the error of fixed point by proof", "proven for every preset"),

@@ -22,8 +22,8 @@ PHASES = ("idle", "taxels come", "computing", "words leave")
 """Of a reset, as in ``sessions.cpp``."""
 CORES = ("parallel tfra", "parallel learned", "serial tfra", "serial learned", "behind AXI", "skin")
 PLATEAUS = ("one point", "several", "whole sweep", "a tie in B^xy, the first is taken")
-POOL = 20_000
-"""Frames of which those are sent that show a status or a plateau."""
+POOL = 600_000
+"""Taxels of the frames of which those are sent that show a status or a plateau."""
 EACH = 3
 """Frames that are sent for each of these."""
 
@@ -38,21 +38,31 @@ _APART = {
     frozenset((_S.VANISHING_DENOMINATOR, _S.DEPENDENT_OUT_OF_RANGE)),  # the dependent friction is set to zero
 }
 """Pairs that exclude each other, beside those of the bits that say that nothing was calculated."""
+UNSEEN = {
+    "tfra": (
+        _S.NO_DIRECTION | _S.VANISHING_DENOMINATOR,
+        _S.NO_DIRECTION | _S.DEPENDENT_OUT_OF_RANGE,
+        _S.VANISHING_DENOMINATOR | _S.OUTPUT_SATURATED,
+    ),
+    "learned": (_S.NO_DIRECTION | _S.OUTPUT_SATURATED,),
+}
+"""Pairs that nothing excludes, but that no frame shows of a million on small arrays; they are not declared."""
 
 
 def pairs(estimator: str) -> list[Status]:
-    """Pairs of status bits that can occur together in a frame."""
+    """Pairs of status bits that occur together in a frame."""
     bits, found = _ALONE[estimator], []
     for place, first in enumerate(bits):
         for second in bits[place + 1 :]:
             alone = first in _WITHOUT_OTHERS and second not in (_S.INPUT_SATURATED, _S.OUTPUT_SATURATED)
-            if not alone and frozenset((first, second)) not in _APART:
+            excluded = alone or frozenset((first, second)) in _APART
+            if not excluded and first | second not in UNSEEN[estimator]:
                 found.append(first | second)
     return found
 
 
 def _told(status: Status) -> str:
-    return " + ".join(str(bit.name) for bit in status)
+    return " + ".join(str(bit.name) for bit in status) or "none"
 
 
 def declared() -> list[str]:
@@ -66,7 +76,7 @@ def declared() -> list[str]:
         *(f"stalls: {core}, in {a}, out {b}" for core, a, b in product(CORES, STALLS, STALLS)),
         *(f"reset: {core}, {phase}" for core, phase in product(CORES, PHASES)),
         *(f"plateau: {kind}" for kind in ("none", *PLATEAUS)),
-        *(f"status: {one}, {_told(bit)} alone" for one, bits in _ALONE.items() for bit in (Status(0), *bits)),
+        *(f"status: {one}, {_told(bit)}{' alone' * bool(bit)}" for one, bits in _ALONE.items() for bit in (Status(0), *bits)),
         *(f"status: {one}, {_told(pair)}" for one in _ALONE for pair in pairs(one)),
     ]
 
@@ -81,9 +91,10 @@ def core(configuration: Configuration) -> str:
 
 
 def pool(configuration: Configuration, seed: int) -> Ints:
-    """Noise ``(POOL, rows, columns)``: half of any codes; a quarter has the same on both sides of both axes, so that it
+    """Noise ``(n, rows, columns)``: half of any codes; a quarter has the same on both sides of both axes, so that it
     has no direction; a quarter has few values, up to the ends of the range, so that sums often cancel."""
-    codes, rng, quarter = wild_codes(configuration.design, POOL, seed), np.random.default_rng(seed), POOL // 4
+    count, rng = POOL // configuration.design.sensor.taxels, np.random.default_rng(seed)
+    codes, quarter = wild_codes(configuration.design, count, seed), count // 4
     rows, columns = codes.shape[1:]
     half = codes[:quarter]
     half = np.where(np.arange(rows)[:, None] < rows / 2, half, half[:, ::-1])
@@ -118,7 +129,7 @@ def kinds_of(configuration: Configuration, codes: Ints) -> dict[str, Bools]:
     design = configuration.design
     status = design.model(codes).words[:, -1]
     one = design.estimator
-    found = {f"status: {one}, {_told(bit)} alone": status == bit for bit in (Status(0), *_ALONE[one])}
+    found = {f"status: {one}, {_told(bit)}{' alone' * bool(bit)}": status == bit for bit in (Status(0), *_ALONE[one])}
     found |= {f"status: {one}, {_told(pair)}": status & pair == pair for pair in pairs(one)}
     if isinstance(design, TfraDesign):
         found |= {f"plateau: {kind}": these for kind, these in plateaus(design, codes).items()}

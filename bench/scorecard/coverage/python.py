@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,12 @@ def waiver(file: str) -> str:
     return next((reason for pattern, reason in WAIVERS.items() if Path(file).match(pattern)), "")
 
 
+def digest() -> str:
+    """A hash of the package's Python, of which a result is."""
+    files = sorted(file for room in ROOMS for file in (ROOT / room).rglob("*.py"))
+    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
 def read(facts: dict[str, Any]) -> list[Branches]:
     """The files of a report of coverage.py in JSON, the least share first."""
     found = []
@@ -91,7 +98,7 @@ def measured(tests: list[str], result: Path) -> int:
     coverage("combine", "-q")
     coverage("json", "-q", "-o", str(result.parent / "report.json"))
     report = json.loads((result.parent / "report.json").read_text())
-    kept = {"passed": code == 0, "tests": tests, "files": [asdict(one) for one in read(report)]}
+    kept = {"passed": code == 0, "digest": digest(), "tests": tests, "files": [asdict(one) for one in read(report)]}
     result.write_text(json.dumps(kept))
     return code
 

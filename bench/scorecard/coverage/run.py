@@ -6,6 +6,9 @@ import tempfile
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from bench.scorecard.coverage import bins
 from bench.scorecard.coverage.verilog import Point, points
@@ -14,8 +17,6 @@ from bench.scorecard.words.measure import directed
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.runtime.processes import ToolError, complaint
-
-import numpy as np
 
 SOURCE = Path(__file__).with_name("sessions.cpp")
 SEED = 1
@@ -50,11 +51,12 @@ def covered(configuration: Configuration, cycles: int) -> Covered:
     return Covered(reached, bins.hit(configuration, codes, counts), counts["words"], wrong)
 
 
-def ran(program: Path, folder: Path, codes: Ints, random: int) -> dict:
+def ran(program: Path, folder: Path, codes: Ints, random: int) -> dict[str, Any]:
     """What ``program`` of ``sessions.cpp`` counts."""
     (folder / "given").write_bytes(codes.astype("<i4").tobytes())
     command = [str(program), "./core.so", str(SEED), str(random), "given"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         raise ToolError(complaint("the sessions", done.returncode, done.stderr))
-    return json.loads(done.stdout)
+    counts: dict[str, Any] = json.loads(done.stdout)
+    return counts
