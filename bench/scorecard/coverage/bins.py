@@ -62,7 +62,11 @@ def pairs(estimator: str) -> list[Status]:
 
 
 def _told(status: Status) -> str:
-    return " + ".join(str(bit.name) for bit in status) or "none"
+    return " + ".join(str(bit.name) for bit in status)
+
+
+def _alone(status: Status) -> str:
+    return f"{status.name} alone" if status else "none"
 
 
 def declared() -> list[str]:
@@ -76,7 +80,7 @@ def declared() -> list[str]:
         *(f"stalls: {core}, in {a}, out {b}" for core, a, b in product(CORES, STALLS, STALLS)),
         *(f"reset: {core}, {phase}" for core, phase in product(CORES, PHASES)),
         *(f"plateau: {kind}" for kind in ("none", *PLATEAUS)),
-        *(f"status: {one}, {_told(bit)}{' alone' * bool(bit)}" for one, bits in _ALONE.items() for bit in (Status(0), *bits)),
+        *(f"status: {one}, {_alone(bit)}" for one, bits in _ALONE.items() for bit in (Status(0), *bits)),
         *(f"status: {one}, {_told(pair)}" for one in _ALONE for pair in pairs(one)),
     ]
 
@@ -129,7 +133,7 @@ def kinds_of(configuration: Configuration, codes: Ints) -> dict[str, Bools]:
     design = configuration.design
     status = design.model(codes).words[:, -1]
     one = design.estimator
-    found = {f"status: {one}, {_told(bit)}{' alone' * bool(bit)}": status == bit for bit in (Status(0), *_ALONE[one])}
+    found = {f"status: {one}, {_alone(bit)}": status == bit for bit in (Status(0), *_ALONE[one])}
     found |= {f"status: {one}, {_told(pair)}": status & pair == pair for pair in pairs(one)}
     if isinstance(design, TfraDesign):
         found |= {f"plateau: {kind}": these for kind, these in plateaus(design, codes).items()}

@@ -92,7 +92,8 @@ def judged(found: Iterable[Covered], wanted: Iterable[str], packaged: dict[str, 
         figure += f"{share:.1f} % of {packaged['branches']:,} branches"
     figure += f" ({packaged['stale']})" * bool(packaged["stale"])
     good &= not packaged["stale"] and not rtl["unused"]
-    return Measured(figure, good, {"seed": SEED, "verilog": rtl, "bins": dict(hits), "empty": empty, "python": packaged})
+    facts = {"seed": SEED, "verilog": rtl, "bins": dict(hits), "empty": empty, "python": packaged}
+    return Measured(figure, good, facts)
 
 
 def measure(quick: bool) -> Measured:
@@ -107,15 +108,14 @@ def measure(quick: bool) -> Measured:
 
 LINE = Line(
     6,
-    "coverage: lines and branches of the Verilog, branches of the Python, declared bins (sizes, lanes, plateaus, stalls,"
-    " status bits, phases of a reset)",
+    "coverage: lines and branches of the Verilog, branches of the Python, declared bins (sizes, lanes, plateaus,"
+    " stalls, status bits, phases of a reset)",
     f"Verilog and bins 100 %, Python {PYTHON} %, waivers named",
     "places of a block with the same condition, numbers aside, are one branch, over all instances and configurations;"
-    " conditions without a signal are left out. Of the bins, only core × stalls of both ports and core × phase of a reset"
-    " are crossed. Four pairs of status bits that no frame was found to show are not declared. Registers and the front"
+    " conditions without a signal are left out. Of the bins, only core × stalls of both ports and core × phase of a"
+    " reset are crossed. Four pairs of status bits that no frame was found to show are not declared. Registers and the front"
     " end behind AXI are waived here; their own tests reach them. Python is measured by"
     " `python -m bench.scorecard.coverage.python` before.",
-    (*GATEWARE, *(room for room in python.ROOMS if room not in GATEWARE), "bench/scorecard/words", "tests")
-    + ("bench/scorecard/coverage",),
+    (*dict.fromkeys((*GATEWARE, *python.ROOMS)), "bench/scorecard/words", "bench/scorecard/coverage", "tests"),
     measure,
 )

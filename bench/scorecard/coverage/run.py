@@ -33,7 +33,7 @@ class Covered:
 
 
 def covered(configuration: Configuration, cycles: int) -> Covered:
-    """Run a configuration: the directed frames and those of the bins, then random ones, for about so many ``cycles``."""
+    """Run directed frames and those of the bins, then random ones, for about so many ``cycles``."""
     sensor = configuration.array.sensor
     each = microarchitecture(configuration.design).initiation_interval + sensor.taxels
     codes = np.concatenate([bins.chosen(configuration, SEED), directed(configuration)])
@@ -44,9 +44,10 @@ def covered(configuration: Configuration, cycles: int) -> Covered:
         program = built(configuration, folder, SOURCE, options=("--coverage-line",))
         counts = ran(program, folder, codes, random)
         data = (folder / "coverage.dat").read_text(errors="replace")
-        own = {file: text for file, text in configuration.texts.items() if file.endswith(".v") and not file.startswith("model")}
+    own = (f"{configuration.array.name}.v", f"{configuration.top}.v")  # without models of a device's cells
+    texts = {name: text for name, text in configuration.texts.items() if name in own}
     cores = {configuration.array.name, configuration.design.name, configuration.top}
-    reached = points(data, cores, own)
+    reached = points(data, cores, texts)
     wrong = counts["differ"] + counts["broken"] + counts["missing"]
     return Covered(reached, bins.hit(configuration, codes, counts), counts["words"], wrong)
 

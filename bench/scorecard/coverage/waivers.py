@@ -31,7 +31,10 @@ WAIVERS = (
     ),
     Waiver(r"core__output", "cond_then", "abort", "a soft reset cuts a frame at the output (tests/hdl/ip)"),
     Waiver(
-        r"core__framer", "cond_then", r"\(busy & o__payload_N\[N\]\)", "the end of a frame that is dropped (tests/hdl/ip)"
+        r"core__framer",
+        "cond_then",
+        r"\(busy & o__payload_N\[N\]\)",
+        "the end of a frame that is dropped (tests/hdl/ip)",
     ),
     Waiver(
         r".*",
