@@ -22,7 +22,7 @@ PHASES = ("idle", "taxels come", "computing", "words leave")
 """Of a reset, as in ``sessions.cpp``."""
 CORES = ("parallel tfra", "parallel learned", "serial tfra", "serial learned", "behind AXI", "skin")
 PLATEAUS = ("one point", "several", "whole sweep", "a tie in B^xy, the first is taken")
-POOL = 600_000
+POOL = 300_000
 """Taxels of the frames of which those are sent that show a status or a plateau."""
 EACH = 3
 """Frames that are sent for each of these."""

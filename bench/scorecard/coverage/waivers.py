@@ -40,22 +40,22 @@ WAIVERS = (
         r".*",
         "cond_else",
         r"\(\(.*\[N:N\] == #\) \| \(& .*\[N:N\]\)\)",
-        "a word is limited that can't overflow by its bound (line 4)",
+        "a limit that no frame was found to exceed; bounds of signals are line 4",
     ),
     Waiver(
         r".*(fold|_facts|_fork|_sent|friction|resultant)",
         "cond_else",
         r"advance|\(& done\)|o__ready|chosen__ready|total__ready",
-        "its receiver never stalls in a core; the tests of the block alone stall it, and claims of line 3 are proven",
+        "its receiver was never seen to stall in a core; the tests of the block alone stall it",
     ),
     Waiver(
-        r".*divider", "cond_then", r"negative|i__payload\[N\]", "dividends here are no negative ones (tests/hdl/lib)"
+        r".*divider", "cond_then", r"negative|i__payload\[N\]", "no dividend was found negative here (alone: tests/hdl/lib)"
     ),
     Waiver(
         r".*",
         "cond_else",
         r"\(+(masks|mask|maskN|magnitudes|work|frame_flags)(_?N)?\[N\].* #\)+|\(+(zeros)?_N_? \|.*",
-        "the last places of a search for the first one: a word so small does not get there (tests/hdl/lib)",
+        "the last places of a search for the first one: no frame was found with so small a word (alone: tests/hdl/lib)",
     ),
 )
 
