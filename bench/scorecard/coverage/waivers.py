@@ -49,7 +49,10 @@ WAIVERS = (
         "its receiver was never seen to stall in a core; the tests of the block alone stall it",
     ),
     Waiver(
-        r".*divider", "cond_then", r"negative|i__payload\[N\]", "no dividend was found negative here (alone: tests/hdl/lib)"
+        r".*divider",
+        "cond_then",
+        r"negative|i__payload\[N\]",
+        "no dividend was found negative here (alone: tests/hdl/lib)",
     ),
     Waiver(
         r".*",
