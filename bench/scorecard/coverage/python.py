@@ -36,7 +36,7 @@ sigterm = true
 data_file = {data}
 source =
     {rooms}
-patch = subprocess
+patch = subprocess, _exit
 [json]
 pretty_print = false
 """
