@@ -28,8 +28,8 @@ module delay(input clk, input [3:0] mutant, input in_valid, input [3:0] in_data,
   assign out_data = (valid | mutant == 8 ? data : 0) ^ again ^ {four[0] & mutant == 9, 3'b0} ^ memory[data[1:0]];
 endmodule
 """
-EQUIVALENT = [3, 4, 5, 6, 8]
-"""Mutants of registers that nobody reads or that stay 0, and of an output that is not valid.
+EQUIVALENT = [3, 4, 5, 6, 8, 9]
+"""Mutants of registers that nobody reads or whose bits stay 0, and of an output that is not valid.
 
 That data are stored while they are not valid (2) is not proven: they differ, and are valid later for all one knows.
 """
