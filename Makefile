@@ -4,7 +4,6 @@
 # make counts  lines of Python, tests, docs and README, and their limits
 # Campaigns, each of which writes the tables and figures of its pages:
 # make axi     cores behind AXI against the model, malformed frames included (half an hour)
-# make mutants what the tests notice of small wrong changes, docs/development.md: hours
 # make formal what is proven of the gateware's blocks, docs/formal.md (five minutes)
 # make formats, make bits
 #              what the word lengths cost in accuracy (docs/measured.md), and default studies (docs/how_many_bits.md): an hour
@@ -35,7 +34,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := axi mutants formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles formal
+CAMPAIGNS := axi formats bits accuracy errors front_end calibration rounded cores speed cortex estimates axi_cost skin_cycles formal
 
 .PHONY: demo test test-rest test-all scorecard scorecard-quick docs counts pages clean icarus chromium ghdl cross $(CAMPAIGNS)
 .DELETE_ON_ERROR:

@@ -94,7 +94,8 @@ def _changes(node: ast.expr) -> Iterator[tuple[str, ast.expr]]:
             yield "operator", ast.BoolOp(OPERATORS[type(op)](), values)
         case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPERATORS:
             yield "comparison", ast.Compare(left, [OPERATORS[type(op)]()], [right])
-            yield "swapped comparison", ast.Compare(right, [op], [left])
+            if not isinstance(op, ast.Eq | ast.NotEq):
+                yield "swapped comparison", ast.Compare(right, [op], [left])
         case ast.UnaryOp(op=ast.Invert() | ast.Not(), operand=operand):
             yield "negation dropped", operand
         case ast.Constant(value=int(value)) if not isinstance(value, bool):

@@ -2,13 +2,14 @@
 
 import ast
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from bench.exactness.mutants import Copy, nearest, sources
-from bench.exactness.mutations import choose, mutations
 from bench.publish import ROOT
+from bench.scorecard.mutants.mutations import choose, mutations
+from bench.scorecard.mutants.python import Copy, nearest, sources
 
 
 @pytest.mark.parametrize(
@@ -17,6 +18,7 @@ from bench.publish import ROOT
         ("a = b - c  # b - c", ["a = (b + c)  # b - c"]),
         ("a = b & (c | d)", ["a = (b | (c | d))", "a = b & ((c & d))"]),
         ("a = b < c", ["a = (b <= c)", "a = (c < b)"]),
+        ("a = b == c", ["a = (b != c)"]),
         ("a = 7", ["a = (6)", "a = (8)"]),
         ("a = not b", ["a = (b)"]),
         ("a = Mux(b, c, d)", ["a = (Mux(b, d, c))"]),
@@ -60,17 +62,21 @@ def test_a_seed_chooses_the_same_mutants_again() -> None:
 
 
 def test_nearest_tests_come_first() -> None:
-    found = list(nearest("hdl/lib/divider.py", ROOT))
-    assert found[0] == "tests/hdl/lib/test_divider.py"
-    assert "tests/hdl/lib/test_streams.py" in found
+    found = nearest("model/fixed/words.py", ROOT)
+    assert found[0] == "tests/model/fixed/test_words.py"
+    users = [name for name in found if "model.fixed.words" in (ROOT / name).read_text()]
+    assert found[1 : len(users)] == users[1:] != []
+    assert "tests/model/fixed/test_numbers.py" in found[len(users) :]
     assert all((ROOT / name).exists() for name in found)
 
 
 @pytest.mark.long
-def test_a_mutant_is_noticed_and_one_that_changes_nothing_is_not(tmp_path: Path) -> None:
-    copy, file = Copy(tmp_path), "model/fixed/numbers.py"
-    found = mutations((ROOT / file).read_text())
+def test_a_mutant_is_noticed_and_one_that_changes_nothing_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, test = "model/fixed/numbers.py", "tests/model/fixed/test_numbers.py"
+    monkeypatch.setattr("bench.scorecard.mutants.python.nearest", lambda file, root: [test])
+    copy, found = Copy(tmp_path), mutations((ROOT / file).read_text())
     wrong = next(mutation for mutation in found if mutation.kind == "operator")
-    status, test = copy.judge(file, wrong)
-    assert status == "noticed"
-    assert test.startswith("tests/model/fixed/test_numbers.py")
+    assert copy.judge(file, wrong).startswith(test)
+    assert copy.judge(file, replace(wrong, new=f"({wrong.old})")) == ""
