@@ -2,11 +2,12 @@
 
 from bench.scorecard import lint, overflow, proofs, reproducible
 from bench.scorecard.line import Line
+from bench.scorecard.netlists import measure as netlists
 from bench.scorecard.words import measure as words
 
 LINES = (
     words.LINE,
-    Line(2, "words of the netlist of each preset equal those of its Verilog", "every preset, 0 differ"),
+    netlists.LINE,
     proofs.LINE,
     overflow.LINE,
     Line(5, "wrong changes of gateware and model that tests notice", "1,000 changes of the Verilog, all noticed"),
