@@ -73,10 +73,10 @@ LINE = Line(
     2,
     "words of the netlist of each preset equal those of its Verilog: proven, and simulated",
     "every preset: all points proven, 0 words differ",
-    "the proof abstracts multipliers and block memories as cells that answer the same to the same; how yosys maps"
-    " memories to cells and products to multipliers is the same on both sides, and not proven, nor what it does to a"
-    " word that is read while it is written, nor the registers and copies that move after it (ECP5): gates with these"
-    " are simulated for a frame each. Undefined bits of the Verilog may be anything.",
+    "the proof abstracts multipliers and block memories as cells that answer the same to the same. Not proven: how yosys"
+    " maps memories and products to cells, and chooses what the Verilog leaves undefined; what a word is that is read"
+    " while it is written; products of the iCE40 with registers inside; registers and copies that move after yosys"
+    " (ECP5). Gates with all of this are simulated for a frame each.",
     (*GATEWARE, "sim", "synth", "bench/parts/axi_cost.py", "bench/scorecard/netlists"),
     measure,
 )

@@ -131,9 +131,9 @@ class Points:
         for name in sorted(gold.foreign.keys() | gate.foreign.keys()):
             one, other = gold.foreign.get(name), gate.foreign.get(name)
             if not one or not other or _nature(one) != _nature(other):
+                self.alone.append(name)
                 for side in self._sides:  # which may answer anything
                     if cell := side.foreign.get(name):
-                        self.alone.append(f"{cell['type']} {name}")
                         for pin in _pins(cell, "output"):
                             side.literals |= {bit: self.graph.input() for bit in cell["connections"][pin]}
                 continue

@@ -54,7 +54,7 @@ _LOGIC = "techmap; techmap; simplemap; dffunmap; opt_expr; aigmap; opt_clean"
 _STEPS = {
     "rtl": "memory_nordff; {logic}",
     "words": "memory_nordff; {logic}",
-    "mapped": "memory_map; {logic}",
+    "mapped": "opt_expr -mux_undef; memory_map; {logic}",
     "registers": "{unwrap} techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
     "gates": "techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
 }
@@ -105,14 +105,9 @@ def verdict(netlists: Mapping[str, dict[str, Any]], top: str, family: str, folde
     """All steps of the proof, together: up to the mapping of memories, from there to registers, and on to gates."""
     found = Verdict()
     sides = {name: _lowered(netlist, name, top, FLOWS[family], folder) for name, netlist in netlists.items()}
-    modules = {name: netlist["modules"][top] for name, netlist in netlists.items()}
     for gold, gate in (("rtl", "words"), ("mapped", "registers"), ("registers", "gates")):
-        before, after = (
-            set.intersection(*(set(found_in[side]["netnames"]) for side in (gold, gate)))
-            for found_in in (modules, sides)
-        )
         # yosys' own names say nothing where both sides have made them.
-        names = {name for name in before if gold != "rtl"} | {name for name in after if not name.startswith("$")}
+        names = {name for name in sides[gold]["netnames"].keys() & sides[gate]["netnames"] if not name.startswith("$")}
         points = Points(Side(sides[gold]), Side(sides[gate]), names)
         proven = points.graph.false(list(points.differ.values()), folder)
         found.points += len(proven)
@@ -126,13 +121,17 @@ def verdict(netlists: Mapping[str, dict[str, Any]], top: str, family: str, folde
 def _lowered(netlist: dict[str, Any], name: str, top: str, flow: Flow, folder: Path) -> dict[str, Any]:
     """The module ``top`` of ands, inverters, registers and foreign cells."""
     module = netlist["modules"][top]
+    nets, held = module["netnames"], set[Any]()
     for place, cell in module["cells"].items():
         if cell["type"].startswith(_REGISTERS):
-            named = {"hide_name": 0, "bits": cell["connections"]["Q"], "attributes": {}}
-            module["netnames"][f"register:{place}"] = named
+            nets[f"register:{place}"] = {"hide_name": 0, "bits": cell["connections"]["Q"], "attributes": {}}
+        held |= {*cell["connections"].get("Q", [])}
         if cell["type"] == "$mem_v2":  # a word that is read while it is written is the old one on both sides
             parameters = cell["parameters"]
             parameters["RD_COLLISION_X_MASK"] = "0" * len(parameters["RD_COLLISION_X_MASK"])
+    if name not in ("rtl", "words"):  # whose names of yosys' own are of different runs
+        kept = [net for net, wire in nets.items() if net.startswith("$") and held.issuperset(wire["bits"])]
+        nets |= {f"net:{net}": {"hide_name": 0, "bits": nets[net]["bits"], "attributes": {}} for net in kept}
     (folder / "in.json").write_text(json.dumps(netlist))
     step = _STEPS[name].format(logic=_LOGIC, **asdict(flow))
     # The library, since yosys asks it for the directions of pins.
