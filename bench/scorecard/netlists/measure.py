@@ -74,7 +74,7 @@ LINE = Line(
     "words of the netlist of each preset equal those of its Verilog: proven, and simulated",
     "every preset: all points proven, 0 words differ",
     "the proof abstracts multipliers and block memories as cells that answer alike. Not proven: how yosys"
-    " maps memories and products to cells, and chooses what the Verilog leaves undefined; what a word is that is read"
+    " maps memories and products to cells; what a word is that is read"
     " while it is written; products of the iCE40 with registers inside; registers and copies that move after yosys"
     " (ECP5). Gates with all of this are simulated for a frame each.",
     (*GATEWARE, "sim", "synth", "bench/parts/axi_cost.py", "bench/scorecard/netlists"),

@@ -54,7 +54,7 @@ _LOGIC = "techmap; techmap; simplemap; dffunmap; opt_expr; aigmap; opt_clean"
 _STEPS = {
     "rtl": "memory_nordff; {logic}",
     "words": "memory_nordff; {logic}",
-    "mapped": "opt_expr -mux_undef; memory_map; {logic}",
+    "mapped": "memory_map; {logic}",
     "registers": "{unwrap} techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
     "gates": "techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
 }
