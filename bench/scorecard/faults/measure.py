@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.exactness.campaign import untrained
+from bench.exactness.designs import untrained
 from bench.publish import ROOT, insert
 from bench.scorecard.faults import host
 from bench.scorecard.faults.player import ERRORS, SOFT_RESET, Heard, Player, read, running, settings, wait, write
