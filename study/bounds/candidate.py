@@ -19,7 +19,6 @@ from tfra.model.fixed.widths import force_drop, scalar_fraction
 from tfra.study.bounds.affine import Affine, product, quotient
 from tfra.study.bounds.direction import direction_slack
 from tfra.study.bounds.slack import filled, matrix, row, shifted
-from tfra.study.signals.instrument import only
 from tfra.study.signals.tfra.instrument import TfraInstrument
 
 Forms = dict[str, Affine]
@@ -32,10 +31,9 @@ GATHER_N = gather_sums(_ZERO_B, np.eye(12).reshape(12, 3, 4)).reshape(12, 9).T
 class CandidateBounds:
     """The bounds of ``design``, whose unquantised operators are those of its float64 reference."""
 
-    def __init__(self, design: TfraDesign, trace: Trace) -> None:
-        """``trace`` is of any frame that is swept: the reference's stages are asked for unit vectors instead of its."""
+    def __init__(self, design: TfraDesign) -> None:
         self._design = design
-        self._exact = exact_operators(design, trace)
+        self._exact = exact_operators(design)
         self._operators = {op.name: op for stack in design.stacks.values() for op in stack.operators}
         self._fold = np.kron(np.eye(design.quads), HADAMARD)
         self._taxels = to_taxels(design, butterfly(np.eye(4 * design.quads).reshape(-1, design.quads, 4))).T
@@ -175,16 +173,17 @@ def masked(form: Affine, keep: Floats) -> Affine:
     return Affine({name: (matrix, np.where(keep, bound, 0.0)) for name, (matrix, bound) in form.terms.items()})
 
 
-def exact_operators(design: TfraDesign, trace: Trace) -> dict[str, Floats]:
+def exact_operators(design: TfraDesign) -> dict[str, Floats]:
     """Unquantised operators ``(rows, 4 Q)`` of folded vectors: the answers of the reference to unit vectors."""
     inside, size = TfraInstrument(design), 4 * design.quads
-    one = only(trace, np.zeros(size, dtype=np.int64))
+    one = next(design.model.traces(np.zeros((size, design.sensor.taxels), dtype=np.int64)))
     lsb = inside.last_bits(one)
     inputs = {name: word * lsb.get(name, 1) for name, word in inside.words(one).items()}
     unit = np.eye(size).reshape(size, design.quads, 4)
     stress = to_taxels(design, butterfly(unit)) / (4 << design.formats.vector_fraction)
     inputs |= {"codes": one.codes, "stress": stress, "n": unit, "e0": unit, "d": unit}
-    found = inside.reference.from_inputs(inputs, inside.decisions(one))
+    with np.errstate(invalid="ignore"):  # stages that follow the operators have nothing to divide
+        found = inside.reference.from_inputs(inputs, inside.decisions(one))
     names = ("c33_inv", "c33", "c31", "c32", "normal0", "pinv1", "pinv2", "pinv3")
     exact = {name.rstrip("0"): found[name].reshape(size, size).T for name in names}
     sums_b = np.zeros((size, 3, 3))
