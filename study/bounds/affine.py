@@ -43,8 +43,7 @@ class Affine:
         """What no error exceeds, ``(n, k)``: ``sum_s |matrix_ks| bound_s``, over all noise."""
         return np.asarray(sum((np.abs(m) @ bound[:, :, None])[:, :, 0] for m, bound in self.terms.values()))
 
-    # Numpy must leave ``matrix @ form`` to this class.
-    __array_ufunc__ = None
+    __array_ufunc__ = None  # so that numpy leaves ``matrix @ form`` to this class
 
 
 def product(name: str, one: Affine, first: Floats, other: Affine, second: Floats) -> Affine:

@@ -1,66 +1,62 @@
-"""Bounds on the errors of a design's results, and the errors of its frames to compare."""
+"""Bounds on the errors of a design's signals, and the errors of its frames to compare."""
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.tfra.pipeline import Trace
-from tfra.study.bounds.candidate import CandidateBounds
-from tfra.study.bounds.results import phi_bound, scaling_bounds
-from tfra.study.signals.instrument import only
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.widths import scalar_fraction
+from tfra.study.signals.instrument import Instrument, only
 from tfra.study.signals.measures import Values
-from tfra.study.signals.tfra.instrument import TfraInstrument
+
+Kind = TypeVar("Kind", bound=Design)
+Signals = dict[str, dict[str, Floats]]
+"""Values ``(n, k)`` in last bits of a signal, by part of the estimator and signal."""
 
 MARGIN = 2.0**-40
-"""What float64 may be off in a bound and in the reference, as a share of the largest value of a frame and of a bound."""
-
-PARTS = {
-    "phi": ("phi",),
-    "forces before the decision": ("n", "alpha", "beta", "e0", "e1", "p", "q", "d", "planes"),
-    "scaling": ("gain", "mu", "resultant", "forces"),
-}
-"""Signals, by what they are a part of.  Errors of the scaling are those of its own, given the sums and the forces that
-it scales; all others are from the codes on.  ``d`` and ``planes`` are of the candidate that was chosen."""
+"""What float64 may be off in the reference and in a bound, as a share of a frame's largest value of the signal, and of
+the bound."""
 
 
-class ErrorBounds:
-    """Bounds and errors of ``design``, in last bits of the signals."""
+class ErrorBounds(ABC, Generic[Kind]):
+    """Bounds and errors of ``design``, of frames that its instrument can compare."""
 
-    def __init__(self, design: TfraDesign) -> None:
-        self.design = design
-        self._inside = TfraInstrument(design)
-        self._candidate = CandidateBounds(design)
+    parts: ClassVar[Mapping[str, tuple[str, ...]]]
+    """Signals by part."""
 
-    def traces(self, codes: Ints) -> Trace:
-        """The trace of those frames of ``codes (n, rows, columns)`` that are swept and whose results are not limited."""
-        trace = next(self.design.model.traces(codes))
-        return only(trace, self._inside.comparable(trace))
+    def __init__(self, design: Kind, inside: Instrument[Kind]) -> None:
+        self.design, self.inside = design, inside
+        self.scalar = 0.5 ** scalar_fraction(design)
 
-    def bounds(self, trace: Trace) -> dict[str, Floats]:
-        """Bounds ``(n, k)`` by signal; infinite where the denominator of alpha and beta may vanish."""
-        lsb = self._inside.last_bits(trace)
-        found = {name: bound / lsb.get(name, 1) for name, bound in self._candidate(trace).items()}
-        return found | scaling_bounds(self.design, trace) | {"phi": phi_bound(self.design, trace)[:, None]}
+    def traces(self, codes: Ints) -> Iterator[Any]:
+        """Traces of those frames of ``codes (n, rows, columns)`` that can be compared, some at a time."""
+        for trace in self.design.model.traces(codes):
+            yield only(trace, self.inside.comparable(trace))
 
-    def errors(self, trace: Trace) -> tuple[dict[str, Floats], dict[str, Floats]]:
-        """Magnitudes of errors ``(n, k)`` by signal, and the largest exact magnitude of each frame ``(n, 1)``."""
-        words, lsb, decided = self._inside.words(trace), self._inside.last_bits(trace), self._inside.decisions(trace)
-        reference = self._inside.reference
-        exact: Values = reference.from_codes(trace.codes, decided)
-        given: Values = {name: word * lsb.get(name, 1) for name, word in words.items()}
-        for step in reference.steps[-3:]:  # gain, angle, scaling
-            given |= step(given, decided)
-        exact |= {name: given[name] for name in PARTS["scaling"]}
-        errors, largest = {}, {}
-        for name in (name for names in PARTS.values() for name in names):
-            value = (exact[name] / lsb.get(name, 1)).reshape(len(trace.codes), -1)
-            errors[name] = np.abs(words[name].reshape(value.shape) - value)
-            largest[name] = np.abs(value).max(axis=1, keepdims=True, initial=0.0)
+    @abstractmethod
+    def bounds(self, trace: Any) -> Signals:
+        """Bounds of the errors, infinite where there are none."""
+
+    @abstractmethod
+    def exact(self, trace: Any) -> Mapping[str, Values]:
+        """Values in exact arithmetic by part, as far as float64 goes."""
+
+    def errors(self, trace: Any) -> tuple[Signals, Signals]:
+        """Magnitudes of the errors, and of the largest exact value of each frame ``(n, 1)``."""
+        words, lsb, exact = self.inside.words(trace), self.inside.last_bits(trace), self.exact(trace)
+        errors: Signals = {part: {} for part in self.parts}
+        largest: Signals = {part: {} for part in self.parts}
+        for part, signals in self.parts.items():
+            for name in signals:
+                value = np.asarray(exact[part][name] / lsb.get(name, 1)).reshape(len(trace.codes), -1)
+                errors[part][name] = np.abs(words[name].reshape(value.shape) - value)
+                largest[part][name] = np.abs(value).max(axis=1, keepdims=True)
         return errors, largest
 
 
-def violated(bound: Floats, error: Floats, largest: Floats) -> int:
-    """How many errors exceed their bound, by more than float64 may be off."""
-    return int(np.count_nonzero(error > bound * (1 + MARGIN) + MARGIN * largest))
+def violations(bound: Floats, error: Floats, largest: Floats) -> int:
+    """How many errors exceed their bound by more than float64 may be off."""
+    return int(np.count_nonzero(~(error <= bound * (1 + MARGIN) + MARGIN * largest)))

@@ -1,17 +1,18 @@
 """What one rounding of the model may be off by, in units of the value that is rounded; arrays of float64."""
 
 import numpy as np
+import numpy.typing as npt
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.fixed.coefficients import Operator
 from tfra.model.fixed.matvec import operand
-from tfra.model.fixed.numbers import block_normalize, significant_bits
+from tfra.model.fixed.numbers import bit_length, block_normalize, significant_bits
 from tfra.model.rounding import Rounding
 
 
-def shifted(shift: Ints, rounding: Rounding = Rounding.HALF_UP) -> Floats:
-    """In units of the result: nothing without a right shift, else 1/2, or 1 of what truncates."""
-    return np.where(shift > 0, 1.0 if rounding is Rounding.TRUNCATE else 0.5, 0.0)
+def shifted(shift: npt.ArrayLike, rounding: Rounding = Rounding.HALF_UP) -> Floats:
+    """Of a right shift, in units of the result: 1/2, 1 of what truncates, nothing if nothing is shifted out."""
+    return np.where(np.asarray(shift) > 0, 1.0 if rounding is Rounding.TRUNCATE else 0.5, 0.0)
 
 
 def filled(value: Ints, axis: int | tuple[int, ...], bits: int) -> Floats:
@@ -19,12 +20,16 @@ def filled(value: Ints, axis: int | tuple[int, ...], bits: int) -> Floats:
 
     A word at the limit stands for less than 2^significant, which is one unit more than the limit.
     """
-    significant = significant_bits(value, axis)
-    shift = np.expand_dims(significant, axis) - (bits - 1)
-    words = block_normalize(value, np.expand_dims(significant, axis), bits)
+    significant = np.expand_dims(significant_bits(value, axis), axis)
+    shift = significant - (bits - 1)
+    limited = block_normalize(value, significant, bits) == (1 << (bits - 1)) - 1
     unit = np.where(shift > 0, 2.0**shift, 0.0)
-    limited = words == (1 << (bits - 1)) - 1
     return np.minimum(np.where(limited, unit, unit / 2), np.abs(value))
+
+
+def cut(value: Ints, bits: int) -> Floats:
+    """Of ``value``, of which the highest ``bits`` stay: less than a unit of these."""
+    return 2.0 ** np.maximum(bit_length(value) - bits, 0) - 1
 
 
 def row(op: Operator, exact: Floats, vector: Ints, bits: int, rounding: Rounding) -> Floats:
@@ -32,7 +37,7 @@ def row(op: Operator, exact: Floats, vector: Ints, bits: int, rounding: Rounding
 
     ``exact (rows, 4 Q)`` is C, not quantised; the rounding of the operand ``vector (n, Q, 4)`` is not in it.
     """
-    quantised = matrix(op)
+    quantised = matrix(op.rows / 2.0**op.fraction, op.flip)
     _, significant = operand(vector, bits)
     shift = op.fraction + bits - 1 - significant[:, np.arange(4) ^ op.flip]
     carried = quantised.any(axis=1).reshape(op.quads, 4)  # a row of zeros is not rounded
@@ -41,9 +46,9 @@ def row(op: Operator, exact: Floats, vector: Ints, bits: int, rounding: Rounding
     return np.asarray(flat @ np.abs(quantised - exact).T + result)
 
 
-def matrix(op: Operator) -> Floats:
-    """The quantised ``op`` as a matrix ``(rows, 4 Q)`` of folded vectors."""
-    parity, columns = np.arange(4), op.rows.shape[-1]
-    folded = np.zeros((op.quads, 4, columns, 4))
-    folded[:, parity, :, parity ^ op.flip] = np.moveaxis(op.rows, 1, 0) / 2.0**op.fraction
-    return folded.reshape(4 * op.quads, 4 * columns)
+def matrix(rows: Floats, flip: int) -> Floats:
+    """Rows ``(n, 4, K)`` of an operator as a matrix ``(4 n, 4 K)`` of folded vectors."""
+    quads, parity, columns = len(rows), np.arange(4), rows.shape[-1]
+    folded = np.zeros((quads, 4, columns, 4))
+    folded[:, parity, :, parity ^ flip] = np.moveaxis(rows, 1, 0)
+    return folded.reshape(4 * quads, 4 * columns)
