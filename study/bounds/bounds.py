@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -24,7 +24,7 @@ the bound."""
 class ErrorBounds(ABC, Generic[Kind]):
     """Bounds and errors of ``design``, of frames that its instrument can compare."""
 
-    parts: ClassVar[Mapping[str, tuple[str, ...]]]
+    parts: dict[str, tuple[str, ...]]
     """Signals by part."""
 
     def __init__(self, design: Kind, inside: Instrument[Kind]) -> None:

@@ -16,6 +16,7 @@ from tfra.study.bounds.affine import Affine, product
 from tfra.study.bounds.blocks import flat
 from tfra.study.bounds.bounds import ErrorBounds, Signals
 from tfra.study.bounds.candidate import Candidate, direction_slack, sums_of
+from tfra.study.bounds.friction import friction, gained, ratio
 from tfra.study.bounds.rotation import Rotation
 from tfra.study.bounds.slack import cut, filled, shifted
 from tfra.study.signals.measures import Values
@@ -28,10 +29,9 @@ SCALED = ("gain", "mu", "resultant", "forces")
 class TfraBounds(ErrorBounds[TfraDesign]):
     """From the codes on, with the model's decisions; and of the scaling alone, given what it scales."""
 
-    parts = {"phi": ("phi",), "before the decision": BEFORE, "scaling": SCALED, "results": SCALED}
-
     def __init__(self, design: TfraDesign) -> None:
         super().__init__(design, TfraInstrument(design))
+        self.parts = {"phi": ("phi",), "before the decision": BEFORE, "scaling": SCALED, "results": SCALED}
         self._candidate, self._rotation = Candidate(design), Rotation.of(design)
 
     def bounds(self, trace: Trace) -> Signals:
@@ -67,26 +67,21 @@ class TfraBounds(ErrorBounds[TfraDesign]):
         """Of the gain, K^2 M / (K^2 |F|), mu, K |F_xy| / (K |F_z|), and what is multiplied by the gain."""
         design, factor, words, n = self.design, trace.factor, trace.total.words, self._rotation.bits
         (first, second), k = gain_constants(design), self._rotation.gain
-        size = np.abs(words).astype(np.float64)
-        flat_, length = np.hypot(size[:, 0], size[:, 1]), np.sqrt(np.square(size).sum(axis=1))
-        # The first run gives K |F_xy|; a constant, K |F_z| less one unit at most.
+        length = np.sqrt(np.square(words.astype(np.float64)).sum(axis=1))
         tangential, _ = cordic(design, np.abs(words[:, 0]), np.abs(words[:, 1]))
         normal = round_shift(np.abs(words[:, 2]) * first, n - 2, Rounding.TRUNCATE)
-        off_t = self._rotation.modulus(flat_)
-        off_n = size[:, 2] * abs(first / 2.0 ** (n - 2) - k) + (size[:, 2] > 0)
         # The second run gives K^2 |F|: a modulus changes no more than its vector.
         modulus, _ = cordic(design, tangential, normal)
         numerator, bits = trace.frame.magnitude * second, design.widths.division
-        off = k * np.hypot(off_t, off_n) + self._rotation.modulus(np.hypot(tangential, normal)) + cut(modulus, bits)
+        off = k * np.hypot(*gained(design, words)) + self._rotation.modulus(np.hypot(tangential, normal)) + cut(modulus, bits)
         over = abs(second / (k**2 * 2.0 ** (n - 3)) - 1) + cut(numerator, bits) / numerator
         under = off / (k**2 * length)
         relative = (over + under) / (1 - under)  # (1 + a) / (1 + b) - 1
         rounded = np.where(factor.mantissa == (1 << design.formats.bits("scalar")) - 1, 1.0, 0.5)
         gain = (factor.mantissa + rounded) * relative / (1 - relative) + rounded
         top = (1 << (design.formats.bits("scalar") - 1)) - 1
-        mu = (off_t + off_n * flat_ / np.maximum(size[:, 2], 1)) / np.maximum(normal, 1) / self.scalar
-        mu += np.where(factor.mu == top, 1.0, 0.5)
-        shifts = {"resultant": (size, factor.resultant_shift), "forces": (np.abs(flat(trace.planes)), factor.force_shift)}
+        mu = friction(design, words) / self.scalar + np.where(factor.mu == top, 1.0, 0.5)
+        shifts = {"resultant": (np.abs(words), factor.resultant_shift), "forces": (np.abs(flat(trace.planes)), factor.force_shift)}
         scaled = {
             name: values * (gain * 2.0**-shift)[:, None] + shifted(shift)[:, None]
             for name, (values, shift) in shifts.items()
@@ -110,17 +105,15 @@ class TfraBounds(ErrorBounds[TfraDesign]):
         total = np.abs(trace.total.words * 2.0 ** -trace.total.exponent[:, None])
         size, any_off = np.linalg.norm(total, axis=1)[:, None], np.linalg.norm(off, axis=1)[:, None]
         flat_, flat_off = np.linalg.norm(total[:, :2], axis=1)[:, None], np.linalg.norm(off[:, :2], axis=1)[:, None]
-        normal, normal_off = total[:, 2:], off[:, 2:]
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = np.where(any_off < size, any_off / (size - any_off), np.inf)
-            mu = np.where(normal_off < normal, (flat_off + flat_ / normal * normal_off) / (normal - normal_off), np.inf)
             share = np.minimum(1, (total + off) / np.maximum(size - any_off, 0))
         gain = trace.frame.magnitude[:, None] / size
         planes = np.concatenate([forms[f"plane {axis}"].radius for axis in range(3)], axis=1)
         force = np.abs(flat(trace.planes * lsb["planes"])) + planes
         errors = {
             "gain": gain * relative,
-            "mu": mu,
+            "mu": ratio(flat_, flat_off, total[:, 2:], off[:, 2:]),
             "resultant": gain * (off + share * any_off),
             "forces": gain * (planes + force * relative),
         }
