@@ -24,11 +24,13 @@ class Blocks:
     def product(self, name: str, stack: str, vector: Ints, error: Affine | None, noise: str = "") -> Affine:
         """C' (x' + rho) + r - C x = C dx + (C' - C) x' + C' rho + r, where ``error`` is dx of ``vector`` x'.
 
-        Products of the same ``noise``, by default the stack's name, share rho.
+        Without an ``error``, the vector is the stress, without fraction bits.  Products of the same ``noise``, by
+        default the stack's name, share rho.
         """
         op, exact, fmt, own = self._operators[name], self._exact[name], self.design.formats, noise or stack
         bits = fmt.bits(f"operand.{stack}")
-        rho = Affine.noise(f"operand {own}", flat(filled(vector, 1, bits)))
+        zeros = fmt.vector_fraction if error is None else 0
+        rho = Affine.noise(f"operand {own}", flat(filled(vector, 1, bits, zeros)))
         form = Affine.noise(f"{name} {own}", row(op, exact, vector, bits, fmt.rounding))
         form += matrix(op.rows / 2.0**op.fraction, op.flip) @ rho
         return form if error is None else exact @ error + form

@@ -15,15 +15,16 @@ def shifted(shift: npt.ArrayLike, rounding: Rounding = Rounding.HALF_UP) -> Floa
     return np.where(np.asarray(shift) > 0, 1.0 if rounding is Rounding.TRUNCATE else 0.5, 0.0)
 
 
-def filled(value: Ints, axis: int | tuple[int, ...], bits: int) -> Floats:
+def filled(value: Ints, axis: int | tuple[int, ...], bits: int, zeros: int = 0) -> Floats:
     """Of words of ``bits`` that ``value`` fills along ``axis``: |error| <= min(unit / 2, |value|), a unit at the limit.
 
-    A word at the limit stands for less than 2^significant, which is one unit more than the limit.
+    A word at the limit stands for less than 2^significant, which is one unit more than the limit.  The lowest ``zeros``
+    bits of all values are zero; to lose these costs nothing.
     """
     significant = np.expand_dims(significant_bits(value, axis), axis)
     shift = significant - (bits - 1)
     limited = block_normalize(value, significant, bits) == (1 << (bits - 1)) - 1
-    unit = np.where(shift > 0, 2.0**shift, 0.0)
+    unit = np.where(shift > zeros, 2.0**shift, 0.0)
     return np.minimum(np.where(limited, unit, unit / 2), np.abs(value))
 
 
