@@ -1,6 +1,6 @@
 """The lines of the scorecard, in their order."""
 
-from bench.scorecard import lint, overflow, proofs, reproducible
+from bench.scorecard import bounds, lint, overflow, proofs, reproducible
 from bench.scorecard.line import Line
 from bench.scorecard.words import measure as words
 
@@ -13,7 +13,7 @@ LINES = (
     Line(6, "coverage of the sources and of the Verilog", "every line and branch, or told why not"),
     Line(7, "upsets of registers that are told or outlived", "told for every register"),
     Line(8, "faults of sensor and streams that are told", "all told"),
-    Line(9, "bound on the error of fixed point by proof", "proven for every preset"),
+    bounds.LINE,
     Line(10, "hostile inputs, kills, concurrent writers, sanitisers, fuzzing", "no crash, nothing half-written"),
     reproducible.LINE,
     lint.LINE,

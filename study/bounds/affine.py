@@ -30,8 +30,8 @@ class Affine:
             terms[name] = (terms[name][0] + matrix, bound) if name in terms else (matrix, bound)
         return Affine(terms)
 
-    def __rmatmul__(self, left: Floats) -> "Affine":
-        """``left (j, k)`` or ``(n, j, k)`` times the errors: exact, noise keeps its name."""
+    def through(self, left: Floats) -> "Affine":
+        """Matrices ``left (j, k)`` or ``(n, j, k)`` times the errors: exact, noise keeps its name."""
         return Affine({name: (left @ matrix, bound) for name, (matrix, bound) in self.terms.items()})
 
     def times(self, values: Floats) -> "Affine":
@@ -42,8 +42,6 @@ class Affine:
     def radius(self) -> Floats:
         """What no error exceeds, ``(n, k)``: ``sum_s |matrix_ks| bound_s``, over all noise."""
         return np.asarray(sum((np.abs(m) @ bound[:, :, None])[:, :, 0] for m, bound in self.terms.values()))
-
-    __array_ufunc__ = None  # so that numpy leaves ``matrix @ form`` to this class
 
 
 def product(name: str, one: Affine, first: Floats, other: Affine, second: Floats) -> Affine:

@@ -31,13 +31,13 @@ class Blocks:
         bits = fmt.bits(f"operand.{stack}")
         zeros = fmt.vector_fraction if error is None else 0
         rho = Affine.noise(f"operand {own}", flat(filled(vector, 1, bits, zeros)))
-        form = Affine.noise(f"{name} {own}", row(op, exact, vector, bits, fmt.rounding))
-        form += matrix(op.rows / 2.0**op.fraction, op.flip) @ rho
-        return form if error is None else exact @ error + form
+        form = rho.through(matrix(op.rows / 2.0**op.fraction, op.flip))
+        form += Affine.noise(f"{name} {own}", row(op, exact, vector, bits, fmt.rounding))
+        return form if error is None else error.through(exact) + form
 
     def combined(self, noise: str, scalar: Ints, by: Affine, vector: Ints, error: Affine) -> Affine:
         """s' (x' + rho) + r - s x = s' dx + x' ds - ds dx + s' rho + r; ``by`` is ds, ``error`` dx."""
-        bits, value = self.design.formats.bits("operand.combine"), scalar[:, None] * self.scalar
+        bits, value = self.design.formats.bits("operand.combine"), flat(scalar) * self.scalar
         _, shift = products(self.design, scalar, vector)
         rho = Affine.noise(f"operand {noise}", flat(filled(vector, 1, bits)))
         result = Affine.noise(noise, flat(shifted(shift)[:, None] * (vector != 0)))
@@ -46,10 +46,10 @@ class Blocks:
 
 def unfolded(quads: int) -> Floats:
     """The butterfly of ``quads`` as a matrix ``(4 quads, 4 quads)``."""
-    return np.kron(np.eye(quads), HADAMARD)
+    return np.kron(np.eye(quads), HADAMARD.astype(np.float64))
 
 
-def clipped(noise: str, words: Ints, error: Affine) -> Affine:
+def clipped(noise: str, words: Floats | Ints, error: Affine) -> Affine:
     """Error of max(0, x): theta dx with 0 <= theta <= 1, which is known where |x'| > |dx|."""
     radius = error.radius
     theta = np.where(words > radius, 1.0, np.where(words < -radius, 0.0, 0.5))
@@ -57,5 +57,5 @@ def clipped(noise: str, words: Ints, error: Affine) -> Affine:
 
 
 def flat(vector: Floats | Ints) -> Floats:
-    """Vectors ``(n, ...)`` as ``(n, k)``, in float64."""
+    """Vectors ``(n, ...)`` as ``(n, k)``, k at least 1, in float64."""
     return np.asarray(vector, dtype=np.float64).reshape(len(vector), -1)

@@ -13,7 +13,7 @@ from tfra.study.signals.instrument import Instrument, only
 from tfra.study.signals.measures import Values
 
 Kind = TypeVar("Kind", bound=Design)
-Signals = dict[str, dict[str, Floats]]
+Signals = dict[tuple[str, str], Floats]
 """Values ``(n, k)`` in last bits of a signal, by part of the estimator and signal."""
 
 MARGIN = 2.0**-40
@@ -24,8 +24,8 @@ the bound."""
 class ErrorBounds(ABC, Generic[Kind]):
     """Bounds and errors of ``design``, of frames that its instrument can compare."""
 
-    parts: dict[str, tuple[str, ...]]
-    """Signals by part."""
+    parts: Mapping[str, tuple[str, ...]]
+    """Signals by part of the estimator."""
 
     def __init__(self, design: Kind, inside: Instrument[Kind]) -> None:
         self.design, self.inside = design, inside
@@ -38,23 +38,22 @@ class ErrorBounds(ABC, Generic[Kind]):
 
     @abstractmethod
     def bounds(self, trace: Any) -> Signals:
-        """Bounds of the errors, infinite where there are none."""
+        """Bounds of the errors; infinite, or not a number, where there are none."""
 
     @abstractmethod
     def exact(self, trace: Any) -> Mapping[str, Values]:
         """Values in exact arithmetic by part, as far as float64 goes."""
 
-    def errors(self, trace: Any) -> tuple[Signals, Signals]:
-        """Magnitudes of the errors, and of the largest exact value of each frame ``(n, 1)``."""
+    def errors(self, trace: Any) -> dict[tuple[str, str], tuple[Floats, Floats]]:
+        """Magnitudes of the errors as :data:`Signals`, each with the largest exact one of every frame ``(n, 1)``."""
         words, lsb, exact = self.inside.words(trace), self.inside.last_bits(trace), self.exact(trace)
-        errors: Signals = {part: {} for part in self.parts}
-        largest: Signals = {part: {} for part in self.parts}
+        found = {}
         for part, signals in self.parts.items():
             for name in signals:
                 value = np.asarray(exact[part][name] / lsb.get(name, 1)).reshape(len(trace.codes), -1)
-                errors[part][name] = np.abs(words[name].reshape(value.shape) - value)
-                largest[part][name] = np.abs(value).max(axis=1, keepdims=True)
-        return errors, largest
+                error = np.abs(words[name].reshape(value.shape) - value)
+                found[part, name] = error, np.abs(value).max(axis=1, keepdims=True)
+        return found
 
 
 def violations(bound: Floats, error: Floats, largest: Floats) -> int:

@@ -20,13 +20,13 @@ from tfra.model.fixed.widths import force_drop
 from tfra.study.bounds.affine import Affine, product, quotient
 from tfra.study.bounds.blocks import Blocks, clipped, flat, unfolded
 from tfra.study.bounds.slack import filled, shifted
+from tfra.study.signals.measures import Values
 from tfra.study.signals.tfra.instrument import TfraInstrument
 
 Forms = dict[str, Affine]
-GATHER_B = gather_sums(np.eye(4, dtype=np.int64)[:, None], np.zeros((4, 3, 4), dtype=np.int64)).reshape(4, 9).T
-GATHER_N = gather_sums(
-    np.zeros((12, 1, 4), dtype=np.int64), np.eye(12, dtype=np.int64).reshape(12, 3, 4)
-).reshape(12, 9).T  # fmt: skip
+_UNIT_B, _UNIT_N = np.eye(4, dtype=np.int64).reshape(4, 1, 4), np.eye(12, dtype=np.int64).reshape(12, 3, 4)
+GATHER_B = flat(gather_sums(_UNIT_B, np.zeros_like(_UNIT_N[:4]))).T
+GATHER_N = flat(gather_sums(np.zeros((12, 1, 4), dtype=np.int64), _UNIT_N)).T
 """Rows of the sums' operators as the nine A_pq."""
 
 
@@ -58,37 +58,37 @@ class Candidate:
         quarter = Affine.noise("quarter", np.full((len(trace.b), len(self._fold)), 0.5))
         solution = self._design.stacks["contact"].split(trace.contact)["c33_inv"]
         word = -round_shift(butterfly(solution), 2).reshape(len(trace.b), -1)
-        return {"n": self._fold @ clipped("clip", word, -self._fold / 4 @ w + quarter), "sums_b": GATHER_B @ sums}
+        n = clipped("clip", word, w.through(-self._fold / 4) + quarter)
+        return {"n": n.through(self._fold), "sums_b": sums.through(GATHER_B)}
 
     def _residual(self, trace: Trace, forms: Forms) -> Forms:
         names = ("sums_n", "c33", "c31", "c32")
         found = {name: self._blocks.product(name, "residual", trace.n, forms["n"]) for name in names}
-        exact, words, unit = sums_of(self._design, trace)
-        bits = self._design.formats.bits("sums")
-        rounded = Affine.noise("sums words", filled(exact, (1, 2), bits).reshape(len(exact), 9))
-        return found | {"sums": forms["sums_b"] + GATHER_N @ found["sums_n"] + rounded}
+        exact, _, _ = sums_of(self._design, trace)
+        rounded = Affine.noise("sums words", flat(filled(exact, (1, 2), self._design.formats.bits("sums"))))
+        return found | {"sums": forms["sums_b"] + found["sums_n"].through(GATHER_N) + rounded}
 
     def _dependent(self, trace: Trace, forms: Forms) -> Forms:
         """alpha and beta: products of sums and direction, words of a division, a quotient rounded to half a unit."""
         _, words, unit = sums_of(self._design, trace)
         direction, bits = trace.direction, self._design.widths.division
-        cos, sin, kappa = direction.cos[:, None, None], direction.sin[:, None, None], direction_slack(self._design, trace)
-        sums, radius = forms["sums"], forms["sums"].radius
-        rotate = np.concatenate([sin * np.eye(3), -cos * np.eye(3), 0 * cos * np.eye(3)], axis=2)
-        by_direction = np.stack([-words[:, 1], words[:, 0]], axis=2) @ Affine.noise("direction", kappa)
+        sums, radius, kappa = forms["sums"], forms["sums"].radius, direction_slack(self._design, trace)
+        turn = np.stack([direction.sin, -direction.cos, 0 * direction.cos], axis=1).astype(np.float64)
+        turned = sums.through(np.kron(turn[:, None], np.eye(3)))  # u0, ux and -uy
+        turned += Affine.noise("direction", kappa).through(np.stack([-words[:, 1], words[:, 0]], axis=2))
         both = Affine.noise("direction both", radius[:, :3] * kappa[:, 1:] + radius[:, 3:6] * kappa[:, :1])
         parts = quotients(trace.affine.sums, direction)
         significant = significant_bits(parts, axis=1)[:, None]
         scale = 2.0 ** (significant - (bits - 1)) * unit[:, None]
         value = block_normalize(parts, significant, bits) * scale
         select = np.where(direction.sweep_y[:, None, None], *SELECTED)
-        errors = select @ (rotate @ sums + by_direction + both)
+        errors = (turned + both).through(select)
         errors += Affine.noise("quotient", filled(parts, 1, bits) * unit[:, None])
         usable = ~trace.affine.vanishing[:, None]  # elsewhere both are zero by decision
         errors, divisor = errors.times(usable.astype(np.float64)), np.where(usable, value[:, 2:], 1.0)
-        under, word, found = np.eye(3)[2:] @ errors, np.where(usable, self._blocks.scalar / 2, 0.0), {}
+        under, word, found = errors.through(np.eye(3)[2:]), np.where(usable, self._blocks.scalar / 2, 0.0), {}
         for i, name in enumerate(("alpha", "beta")):
-            over = np.eye(3)[i : i + 1] @ errors
+            over = errors.through(np.eye(3)[i : i + 1])
             form = quotient(f"{name} quotient", over, value[:, i : i + 1] / divisor, under, divisor)
             found[name] = form + Affine.noise(name, word)
         return found
@@ -108,13 +108,14 @@ class Candidate:
         """p = C33 A3-dagger e0 - g and q = C33 A3-dagger e1, four times those of taxels."""
         normal0 = self._blocks.product("normal", "normal", trace.e0, forms["e0"], "e0")
         normal1 = self._blocks.product("normal", "normal", trace.e1, forms["e1"], "e1")
-        return {"p": self._taxels @ normal0 + -self._taxels @ forms["c33"], "q": self._taxels @ normal1}
+        p = normal0.through(self._taxels) + forms["c33"].through(-self._taxels)
+        return {"p": p, "q": normal1.through(self._taxels)}
 
     def _winner(self, trace: Trace, forms: Forms) -> Forms:
         """d = e0 + mu_ind e1 of the candidate that was chosen; mu_ind and mu_dep are rounded to half a unit."""
-        chosen, scalar = trace.chosen, self._blocks.scalar
-        half = np.full((len(trace.d), 1), scalar / 2)
-        ind, mu_ind, beta = Affine.noise("mu_ind", half), chosen.mu_ind[:, None] * scalar, trace.affine.beta[:, None] * scalar
+        chosen, half = trace.chosen, np.full((len(trace.d), 1), self._blocks.scalar / 2)
+        mu_ind, beta = (flat(words) * self._blocks.scalar for words in (chosen.mu_ind, trace.affine.beta))
+        ind = Affine.noise("mu_ind", half)
         dep = forms["alpha"] + product("mu_dep both", forms["beta"], beta, ind, mu_ind) + Affine.noise("mu_dep", half)
         mu_x, mu_y = swapped(trace.direction.sweep_y, ind, dep)
         d = forms["e0"] + self._blocks.combined("mu e1", chosen.mu_ind, ind, trace.e1, forms["e1"])
@@ -129,7 +130,7 @@ class Candidate:
             scalar = scalars(self._design, trace.chosen)[i]
             plane = self._blocks.product(f"pinv{i + 1}", "force", trace.d, forms["d"])
             plane += self._blocks.combined(f"n {i}", scalar, by, trace.n, forms["n"])
-            found[f"plane {i}"] = self._taxels / 4 @ plane + Affine.noise(f"plane {i}", rounded)
+            found[f"plane {i}"] = plane.through(self._taxels / 4) + Affine.noise(f"plane {i}", rounded)
         return found
 
 
@@ -146,8 +147,8 @@ def swapped(swap: Bools, one: Affine, other: Affine) -> tuple[Affine, Affine]:
 def sums_of(design: TfraDesign, trace: Trace) -> tuple[Ints, Floats, Floats]:
     """A_pq ``(n, 3, 3)`` exact, as the value of their words, and the unit of these ``(n,)``, on the vector grid."""
     by_b, by_n = design.stacks["contact"].split(trace.contact), design.stacks["residual"].split(trace.residual)
-    unit = 2.0 ** (trace.affine.significant - (design.formats.bits("sums") - 1))
-    return gather_sums(by_b["sums_b"], by_n["sums_n"]), trace.affine.sums * unit[:, None, None], unit
+    unit = np.exp2((trace.affine.significant - (design.formats.bits("sums") - 1)).astype(np.float64))
+    return gather_sums(by_b["sums_b"], by_n["sums_n"]), np.asarray(trace.affine.sums * unit[:, None, None]), unit
 
 
 def direction_slack(design: TfraDesign, trace: Trace) -> Floats:
@@ -174,7 +175,7 @@ def exact_operators(design: TfraDesign) -> dict[str, Floats]:
     inside, size = TfraInstrument(design), 4 * design.quads
     one = next(design.model.traces(np.zeros((size, design.sensor.taxels), dtype=np.int64)))
     lsb = inside.last_bits(one)
-    inputs = {name: word * lsb.get(name, 1) for name, word in inside.words(one).items()}
+    inputs: Values = {name: word * lsb.get(name, 1) for name, word in inside.words(one).items()}
     unit = np.eye(size).reshape(size, design.quads, 4)
     stress = to_taxels(design, butterfly(unit)) / (4 << design.formats.vector_fraction)
     inputs |= {"codes": one.codes, "stress": stress, "n": unit, "e0": unit, "d": unit}

@@ -9,7 +9,11 @@ from tfra.study.bounds.rotation import Rotation
 
 
 def ratio(over: Floats, off: Floats, normal: Floats, normal_off: Floats) -> Floats:
-    """|x'/z' - x/z| <= (|dx| + |x'/z'| |dz|) / (|z'| - |dz|), of magnitudes and errors ``(n,)``; infinite if z may be 0."""
+    """|x'/z' - x/z| <= (|dx| + |x'/z'| |dz|) / (|z'| - |dz|), infinite where z may be zero.
+
+    ``over`` and ``normal`` are |x'| and |z'|, ``off`` and ``normal_off`` bounds of their errors.  The same holds with
+    the exact |x| and |z| instead.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(normal_off < normal, (off + over / normal * normal_off) / (normal - normal_off), np.inf)
 
@@ -29,4 +33,4 @@ def friction(design: Design, words: Ints) -> Floats:
     """Of mu ``(n,)``, before it is rounded, given ``words (n, 3)`` of F: the gain cancels, the errors of both stay."""
     size, gain = np.abs(words).astype(np.float64), Rotation.of(design).gain
     flat, normal = gained(design, words)
-    return ratio(gain * np.hypot(size[:, 0], size[:, 1]) + flat, flat, gain * size[:, 2] + 0.0, normal)
+    return ratio(gain * np.hypot(size[:, 0], size[:, 1]), flat, gain * size[:, 2], normal)

@@ -5,13 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
-from tfra.model.fixed.butterfly import EE, butterfly, to_quads, to_taxels
+from tfra.model.fixed.butterfly import EE, butterfly, to_taxels
 from tfra.model.fixed.coefficients import Folding
 from tfra.model.fixed.combine import combine
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.learned.field import bounded
 from tfra.model.fixed.learned.operators import PLACES, field_matrices, network_rows, outputs
 from tfra.model.fixed.learned.pipeline import Trace
+from tfra.model.learned.field import MOST_FRICTION
 from tfra.study.bounds.affine import Affine, product, quotient
 from tfra.study.bounds.blocks import Blocks, clipped, flat, unfolded
 from tfra.study.bounds.bounds import ErrorBounds, Signals
@@ -22,7 +23,7 @@ from tfra.study.signals.learned.instrument import LearnedInstrument
 from tfra.study.signals.measures import Values
 
 UNITS = ("h1", "h2", "outputs")
-RESULTS = ("resultant", "uncertainty", "mu", "mu_x", "mu_y")
+RESULTS = ("resultant", "uncertainty", "mu_x", "mu_y", "mu")
 
 
 class LearnedBounds(ErrorBounds[LearnedDesign]):
@@ -48,47 +49,60 @@ class LearnedBounds(ErrorBounds[LearnedDesign]):
         """Infinite where what is divided by, or the tangential force, may vanish."""
         b = butterfly(trace.stress) << self.design.formats.vector_fraction
         forms = self._network(trace, b)
-        found: Signals = {"units": {name: forms[name].radius for name in UNITS}}
-        words, value, bits = trace.force.words, outputs(trace.total)[:, :3], self.design.widths.division
-        off = forms["outputs"].radius[:, :3] + filled(value, 1, bits)
-        length = np.hypot(words[:, 0], words[:, 1])
-        turned = Rotation.of(self.design).angle(length, length * 2.0**-trace.force.exponent, np.hypot(off[:, 0], off[:, 1]))
-        found["phi"] = {"phi": turned[:, None]}
+        rounded = filled(outputs(trace.total)[:, :3], 1, self.design.widths.division)
+        forms["force"] = forms["outputs"].through(np.eye(3, 4)) + Affine.noise("force words", rounded)
+        forms |= self._quotients(trace, forms["force"])
         shift = self.design.formats.vector_fraction - self.design.formats.force_fraction
         results = forms["outputs"].radius * 2.0**-shift + shifted(shift)
-        found["results"] = {"resultant": results[:, :3], "uncertainty": results[:, 3:], **self._friction(trace, off)}
-        if trace.field is not None:
-            found["field"] = self._field(trace, b, forms["outputs"], found["results"])
-        return found
+        units = {name: forms[name].radius for name in UNITS}
+        mus = {name: forms[name].radius / self.scalar for name in ("mu_x", "mu_y")}
+        mus["mu"] = self._mu(trace, forms["force"].radius)
+        found = {
+            "phi": {"phi": self._phi(trace, forms["force"].radius)},
+            "units": units,
+            "results": {"resultant": results[:, :3], "uncertainty": results[:, 3:], **mus},
+            "field": {} if trace.field is None else self._field(trace, b, forms),
+        }
+        return {(part, name): found[part][name] for part, names in self.parts.items() for name in names}
 
     def _network(self, trace: Trace, b: Ints) -> dict[str, Affine]:
         """h = max(0, C h), twice, and the outputs of both and of b."""
-        make, contact = self._blocks.product, trace.frame.contact
+        make = self._blocks.product
         first = self.design.stacks["first"].split(trace.first)["first"]
         second = self.design.stacks["second"].split(trace.second)["second"]
         h1 = activated("h1", first, make("first", "first", b, None))
         h2 = activated("h2", second, make("second", "second", trace.h1, h1))
         quads = make("direct", "first", b, None) + make("read1", "second", trace.h1, h1)
         quads += make("read2", "read", trace.h2, h2)
-        assert contact.all()
         place = np.eye(8)[[4 * quad + parity for quad, parity in PLACES]]
-        return {"h1": h1, "h2": h2, "outputs": place @ quads}
+        return {"h1": h1, "h2": h2, "outputs": quads.through(place)}
 
-    def _friction(self, trace: Trace, off: Floats) -> dict[str, Floats]:
-        """Of mu, mu_x and mu_y in last bits, for a resultant that is ``off (n, 3)`` on the vector grid."""
+    def _phi(self, trace: Trace, off: Floats) -> Floats:
+        """Of phi, from a force that is ``off (n, 3)``, on the vector grid."""
+        words, sideways = trace.force.words, np.hypot(off[:, 0], off[:, 1])
+        length = np.hypot(words[:, 0], words[:, 1])
+        return Rotation.of(self.design).angle(length, length * 2.0**-trace.force.exponent, sideways)[:, None]
+
+    def _mu(self, trace: Trace, off: Floats) -> Floats:
+        """Of mu in last bits, from a force that is ``off``: a modulus changes no more than its vector."""
         value = np.abs(trace.force.words * 2.0 ** -trace.force.exponent[:, None])
-        top = (1 << (self.design.formats.bits("scalar") - 1)) - 1
         both = np.hypot(value[:, 0], value[:, 1]), np.hypot(off[:, 0], off[:, 1])
-        given = friction(self.design, trace.force.words)
-        errors = {
-            "mu": given + ratio(*both, value[:, 2], off[:, 2]),
-            "mu_x": ratio(value[:, 0], off[:, 0], value[:, 2], off[:, 2]),
-            "mu_y": ratio(value[:, 1], off[:, 1], value[:, 2], off[:, 2]),
-        }
-        rounded = {name: np.where(np.abs(getattr(trace.friction, name)) == top, 1.0, 0.5) for name in errors}
-        return {name: (error / self.scalar + rounded[name])[:, None] for name, error in errors.items()}
+        error = friction(self.design, trace.force.words) + ratio(*both, value[:, 2], off[:, 2])
+        return (error / self.scalar + limited(trace.friction.mu, self.design.formats.bits("scalar")))[:, None]
 
-    def _field(self, trace: Trace, b: Ints, total: Affine, results: dict[str, Floats]) -> dict[str, Floats]:
+    def _quotients(self, trace: Trace, force: Affine) -> dict[str, Affine]:
+        """mu_x = F_x / |F_z| and mu_y, rounded."""
+        words, found = trace.force.words.astype(np.float64), {}
+        value, sign = words * 2.0 ** -trace.force.exponent[:, None], np.sign(words[:, 2:])
+        under, normal = force.through(np.eye(3)[2:]).times(sign), np.abs(value[:, 2:])
+        for axis, name in enumerate(("mu_x", "mu_y")):
+            over, x = force.through(np.eye(3)[axis : axis + 1]), value[:, axis : axis + 1]
+            rounded = limited(getattr(trace.friction, name), self.design.formats.bits("scalar"))[:, None]
+            found[name] = quotient(f"{name} quotient", over, x / normal, under, normal)
+            found[name] += Affine.noise(name, rounded * self.scalar)
+        return found
+
+    def _field(self, trace: Trace, b: Ints, forms: dict[str, Affine]) -> dict[str, Floats]:
         """Of p = max(0, -K b + mu_x s_x + mu_y s_y) on the vector grid, and of the forces F p / sum of p."""
         design, at_taxels = self.design, trace.field
         assert at_taxels is not None
@@ -97,13 +111,15 @@ class LearnedBounds(ErrorBounds[LearnedDesign]):
         p0, quads = activated("p0", still, form), still
         for axis in ("x", "y"):
             sheared = design.stacks["field"].split(at_taxels.sheared)[f"shear_{axis}"]
-            mu = bounded(design, getattr(trace.friction, f"mu_{axis}"))  # limiting adds nothing to an error
-            by = Affine.noise(f"mu_{axis}", results[f"mu_{axis}"] * self.scalar)
+            word, by = getattr(trace.friction, f"mu_{axis}"), forms[f"mu_{axis}"]
+            mu, near = bounded(design, word), np.abs(word[:, None] * self.scalar) + by.radius <= MOST_FRICTION
+            # Where one of both may be limited, the error is not what it was, but no more.
+            by = by.times(near * 1.0) + Affine.noise(f"mu_{axis} limited", np.where(near, 0.0, by.radius))
             error = self._blocks.product(f"shear_{axis}", "field", at_taxels.p0, p0)
             form += self._blocks.combined(f"mu_{axis} s", mu, by, sheared, error)
             quads = combine(design, quads, mu, sheared)
-        p = clipped("p", to_taxels(design, butterfly(quads)), self._taxels @ form)
-        return {"p": p.radius, "forces": self._forces(trace, total, p)}
+        p = clipped("p", to_taxels(design, butterfly(quads)), form.through(self._taxels))
+        return {"p": p.radius, "forces": self._forces(trace, forms["force"], p)}
 
     def _forces(self, trace: Trace, total: Affine, p: Affine) -> Floats:
         """A quotient of words, of which the sum of p is cut off, times p; rounded twice."""
@@ -112,16 +128,13 @@ class LearnedBounds(ErrorBounds[LearnedDesign]):
         part, words = at_taxels.share, flat(at_taxels.p)
         whole = words.sum(axis=1)[:, None]
         force = trace.force.words * 2.0 ** -trace.force.exponent[:, None]
-        total = np.eye(3, 4) @ total + Affine.noise("force words", filled(outputs(trace.total)[:, :3], 1, bits))
-        top = (1 << (design.formats.bits("scalar") - 1)) - 1
-        size = np.abs(part.mantissa)
-        rounded = np.where(size == top, 1.0, 0.5)
+        size, rounded = np.abs(part.mantissa), limited(part.mantissa, design.formats.bits("scalar"))
         own = (size + rounded) * (cut(at_taxels.p.sum(axis=1), bits)[:, None] / whole) + rounded
         scale = 2.0 ** (design.formats.force_fraction - design.formats.vector_fraction)
-        everywhere, found = np.ones((1, design.sensor.taxels)) @ p, []
+        everywhere, found = p.through(np.ones((1, design.sensor.taxels))), []
         for axis in range(3):
             share = force[:, axis : axis + 1] / whole
-            over = np.eye(3)[axis : axis + 1] @ total
+            over = total.through(np.eye(3)[axis : axis + 1])
             by = quotient(f"share {axis}", over, share, everywhere, whole)
             error = product(f"force {axis}", by, share, p, words).radius * scale
             shift = part.shift[:, None]
@@ -129,7 +142,12 @@ class LearnedBounds(ErrorBounds[LearnedDesign]):
         return np.concatenate(found, axis=1)
 
 
+def limited(words: Ints, bits: int) -> Floats:
+    """Of quotients as ``words`` of ``bits``, rounded half up: a half, and one that is limited less than a unit."""
+    return np.where(np.abs(words) == (1 << (bits - 1)) - 1, 1.0, 0.5)
+
+
 def activated(noise: str, words: Ints, error: Affine) -> Affine:
     """Error of units: a butterfly, max(0, x), a butterfly; ``words (n, units, 4)`` enter them."""
     fold = unfolded(words.shape[1])
-    return fold @ clipped(noise, flat(butterfly(words)), fold @ error)
+    return clipped(noise, flat(butterfly(words)), error.through(fold)).through(fold)

@@ -51,8 +51,9 @@ class Rotation:
     def angle(self, length: Floats, words: Floats, off: Floats) -> Floats:
         """Bound ``(n,)`` of the angle in last bits: |angle(v') - angle(v)| <= asin(|v' - v| / |v'|), and what is left.
 
-        ``length`` enters the rotations; before they were shifted the vectors had ``words``, which were ``off``.
+        ``length`` enters the rotations; before they were shifted the vectors had ``words``, which were ``off``.  None is
+        told of vectors that may be off by more than half.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
-            before = np.where(off < words, np.arcsin(np.minimum(1.0, off / words)), np.inf)
+            before = np.where(2 * off <= words, np.arcsin(np.minimum(1.0, off / words)), np.inf)
         return np.asarray((before + self.left(length)) * 2.0**self.bits / (2 * np.pi) + self.table + 0.5)

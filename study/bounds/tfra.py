@@ -39,14 +39,11 @@ class TfraBounds(ErrorBounds[TfraDesign]):
         lsb, forms = self.inside.last_bits(trace), self._candidate(trace)
         found = {name: forms[name].radius for name in BEFORE if name != "planes"}
         found["planes"] = np.concatenate([forms[f"plane {axis}"].radius for axis in range(3)], axis=1)
-        before = {name: bound / flat_lsb(lsb, name) for name, bound in found.items()}
+        found = {name: bound / flat_lsb(lsb, name) for name, bound in found.items()}
         scaling = self._scaling(trace)
-        return {
-            "phi": {"phi": self._phi(trace)},
-            "before the decision": before,
-            "scaling": scaling,
-            "results": self._results(trace, forms, scaling),
-        }
+        results = self._results(trace, forms, scaling)
+        by_part = dict(zip(self.parts, ({"phi": self._phi(trace)}, found, scaling, results), strict=True))
+        return {(part, name): by_part[part][name] for part, names in self.parts.items() for name in names}
 
     def exact(self, trace: Trace) -> dict[str, Values]:
         words, lsb, decided = self.inside.words(trace), self.inside.last_bits(trace), self.inside.decisions(trace)
@@ -73,7 +70,8 @@ class TfraBounds(ErrorBounds[TfraDesign]):
         # The second run gives K^2 |F|: a modulus changes no more than its vector.
         modulus, _ = cordic(design, tangential, normal)
         numerator, bits = trace.frame.magnitude * second, design.widths.division
-        off = k * np.hypot(*gained(design, words)) + self._rotation.modulus(np.hypot(tangential, normal)) + cut(modulus, bits)
+        off = self._rotation.modulus(np.hypot(tangential, normal)) + cut(modulus, bits)
+        off += k * np.hypot(*gained(design, words))
         over = abs(second / (k**2 * 2.0 ** (n - 3)) - 1) + cut(numerator, bits) / numerator
         under = off / (k**2 * length)
         relative = (over + under) / (1 - under)  # (1 + a) / (1 + b) - 1
@@ -81,21 +79,20 @@ class TfraBounds(ErrorBounds[TfraDesign]):
         gain = (factor.mantissa + rounded) * relative / (1 - relative) + rounded
         top = (1 << (design.formats.bits("scalar") - 1)) - 1
         mu = friction(design, words) / self.scalar + np.where(factor.mu == top, 1.0, 0.5)
-        shifts = {"resultant": (np.abs(words), factor.resultant_shift), "forces": (np.abs(flat(trace.planes)), factor.force_shift)}
-        scaled = {
-            name: values * (gain * 2.0**-shift)[:, None] + shifted(shift)[:, None]
-            for name, (values, shift) in shifts.items()
-        }
-        return {"gain": gain[:, None], "mu": mu[:, None], **scaled}
+        multiplied = (words, factor.resultant_shift), (flat(trace.planes), factor.force_shift)
+        resultant, forces = (
+            np.abs(values) * (gain * 2.0**-shift)[:, None] + shifted(shift)[:, None] for values, shift in multiplied
+        )
+        return {"gain": gain[:, None], "mu": mu[:, None], "resultant": resultant, "forces": forces}
 
     def _resultant(self, trace: Trace, forms: dict[str, Affine]) -> Floats:
         """Bounds ``(n, 3)`` of F* = A_p0 + mu_x A_p1 + mu_y A_p2 in words of a division, on the vector grid."""
         chosen, (_, words, unit) = trace.chosen, sums_of(self.design, trace)
         place = np.eye(9).reshape(3, 3, 9)
-        form = place[:, 0] @ forms["sums"]
+        form = forms["sums"].through(place[:, 0])
         for q, (name, mu) in enumerate((("mu_x", chosen.mu_x), ("mu_y", chosen.mu_y)), 1):
-            sums = place[:, q] @ forms["sums"]
-            form += product(f"{name} both", sums, words[:, :, q], forms[name], mu[:, None] * self.scalar)
+            sums = forms["sums"].through(place[:, q])
+            form += product(f"{name} both", sums, words[:, :, q], forms[name], flat(mu) * self.scalar)
         exact = exact_resultant(self.design, trace.affine, chosen, trace.frame.regular)
         return form.radius + filled(exact, 1, self.design.widths.division) * (unit * self.scalar)[:, None]
 

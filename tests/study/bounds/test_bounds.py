@@ -20,7 +20,11 @@ from tfra.model.sensor import SensorArray
 from tfra.study.bounds.bounds import MARGIN, violations
 from tfra.study.bounds.estimators import error_bounds
 
-SENSORS = SensorArray(2, 2, 4e-3, 2e-3, 3e-3), SensorArray(2, 3, 3e-3, 3.1e-3, 2e-3), SensorArray(3, 2, 2e-3, 5e-3, 4e-3)
+SENSORS = (
+    SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
+    SensorArray(2, 3, 3e-3, 3.1e-3, 2e-3),
+    SensorArray(3, 2, 2e-3, 5e-3, 4e-3),
+)
 
 
 @st.composite
@@ -47,7 +51,7 @@ def test_no_error_from_fractions_exceeds_its_bound(drawn):
     found, exact = bounds.bounds(trace), candidate(design, trace)
     words, lsb = bounds.inside.words(trace), bounds.inside.last_bits(trace)
     for name, values in exact.items():
-        limit, word = found["before the decision"][name][0], words[name].reshape(-1)
+        limit, word = found["before the decision", name][0], words[name].reshape(-1)
         value = [float(value) / float(np.ravel(lsb.get(name, 1.0))[0]) for value in values]
         most = max(map(abs, value))
         for one, other, most_off in zip(word, value, limit, strict=True):
@@ -55,15 +59,15 @@ def test_no_error_from_fractions_exceeds_its_bound(drawn):
     if not trace.direction.vanishing[0]:
         x, y = offset(design, [int(code) for code in codes])
         turns = math.atan2(y, x) / (2 * math.pi) - trace.phi[0] / 2.0 ** design.formats.bits("cordic")
-        assert abs((turns + 0.5) % 1 - 0.5) * 2.0 ** design.formats.bits("cordic") <= found["phi"]["phi"][0, 0] + 1e-3
+        assert abs((turns + 0.5) % 1 - 0.5) * 2.0 ** design.formats.bits("cordic") <= found["phi", "phi"][0, 0] + 1e-3
 
 
 def exceeded(bounds, traces) -> int:
     """Errors in ``traces`` over the bounds."""
     count = 0
     for trace in traces:
-        limits, (errors, exact) = bounds.bounds(trace), bounds.errors(trace)
-        count += sum(violations(limits[p][s], errors[p][s], exact[p][s]) for p in errors for s in errors[p])
+        limits = bounds.bounds(trace)
+        count += sum(violations(limits[key], *pair) for key, pair in bounds.errors(trace).items())
     return count
 
 
