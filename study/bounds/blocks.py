@@ -46,7 +46,7 @@ class Blocks:
 
 def unfolded(quads: int) -> Floats:
     """The butterfly of ``quads`` as a matrix ``(4 quads, 4 quads)``."""
-    return np.kron(np.eye(quads), HADAMARD.astype(np.float64))
+    return np.asarray(np.kron(np.eye(quads), HADAMARD), dtype=np.float64)
 
 
 def clipped(noise: str, words: Floats | Ints, error: Affine) -> Affine:
@@ -57,5 +57,5 @@ def clipped(noise: str, words: Floats | Ints, error: Affine) -> Affine:
 
 
 def flat(vector: Floats | Ints) -> Floats:
-    """Vectors ``(n, ...)`` as ``(n, k)``, k at least 1, in float64."""
+    """Vectors ``(n, ...)`` as ``(n, k)``, in float64."""
     return np.asarray(vector, dtype=np.float64).reshape(len(vector), -1)

@@ -73,8 +73,8 @@ class Candidate:
         _, words, unit = sums_of(self._design, trace)
         direction, bits = trace.direction, self._design.widths.division
         sums, radius, kappa = forms["sums"], forms["sums"].radius, direction_slack(self._design, trace)
-        turn = np.stack([direction.sin, -direction.cos, 0 * direction.cos], axis=1).astype(np.float64)
-        turned = sums.through(np.kron(turn[:, None], np.eye(3)))  # u0, ux and -uy
+        turn = np.stack([direction.sin, -direction.cos, 0 * direction.cos], axis=1)
+        turned = sums.through(np.asarray(np.kron(turn[:, None], np.eye(3)), dtype=np.float64))  # u0, ux and -uy
         turned += Affine.noise("direction", kappa).through(np.stack([-words[:, 1], words[:, 0]], axis=2))
         both = Affine.noise("direction both", radius[:, :3] * kappa[:, 1:] + radius[:, 3:6] * kappa[:, :1])
         parts = quotients(trace.affine.sums, direction)
