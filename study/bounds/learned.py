@@ -58,7 +58,7 @@ class LearnedBounds(ErrorBounds[LearnedDesign]):
         mus = {name: forms[name].radius / self.scalar for name in ("mu_x", "mu_y")}
         mus["mu"] = self._mu(trace, forms["force"].radius)
         found = {
-            "phi": {"phi": self._phi(trace, forms["force"].radius)},
+            "phi": {"phi": self._phi(trace, forms["force"])},
             "units": units,
             "results": {"resultant": results[:, :3], "uncertainty": results[:, 3:], **mus},
             "field": {} if trace.field is None else self._field(trace, b, forms),
@@ -77,11 +77,16 @@ class LearnedBounds(ErrorBounds[LearnedDesign]):
         place = np.eye(8)[[4 * quad + parity for quad, parity in PLACES]]
         return {"h1": h1, "h2": h2, "outputs": quads.through(place)}
 
-    def _phi(self, trace: Trace, off: Floats) -> Floats:
-        """Of phi, from a force that is ``off (n, 3)``, on the vector grid."""
-        words, sideways = trace.force.words, np.hypot(off[:, 0], off[:, 1])
+    def _phi(self, trace: Trace, force: Affine) -> Floats:
+        """Of phi: the force's errors across its direction, and along it, decide the angle."""
+        words = flat(trace.force.words[:, :2])
         length = np.hypot(words[:, 0], words[:, 1])
-        return Rotation.of(self.design).angle(length, length * 2.0**-trace.force.exponent, sideways)[:, None]
+        x, y = (words / length[:, None]).T
+        turn = np.stack([np.stack([x, y, 0 * x], axis=1), np.stack([-y, x, 0 * x], axis=1)], axis=1)
+        along, across = force.through(turn).radius.T * 2.0**trace.force.exponent
+        left = np.maximum(length - along, length / 2)  # without a bound where along is more than half
+        off = np.where(2 * along <= length, length * np.sin(np.arctan2(across, left)), np.inf)
+        return Rotation.of(self.design).angle(length, length, off)[:, None]
 
     def _mu(self, trace: Trace, off: Floats) -> Floats:
         """Of mu in last bits, from a force that is ``off``: a modulus changes no more than its vector."""
