@@ -65,7 +65,9 @@ class Search:
             errors = {key: error.max(axis=1) for key, (error, _) in self._bounds.errors(trace).items()}
             better = {key: self._better(key, error) for key, error in errors.items()}
             frames = np.unique(np.concatenate([*better.values()])) if self._best else np.arange(len(trace.codes))
-            limits = self._bounds.bounds(only(trace, frames)) if len(frames) else {}
+            limits = (
+                self._bounds.bounds(only(trace, np.isin(np.arange(len(trace.codes)), frames))) if len(frames) else {}
+            )
             for key, limit in limits.items():
                 known = frames[np.isfinite(limit).all(axis=1)]
                 best = next((frame for frame in better[key] if frame in known), None)

@@ -51,8 +51,8 @@ class Rotation:
     def angle(self, length: Floats, words: Floats, off: Floats) -> Floats:
         """Bound ``(n,)`` of the angle in last bits: |angle(v') - angle(v)| <= asin(|v' - v| / |v'|), and what is left.
 
-        ``length`` enters the rotations; before they were shifted the vectors had ``words``, which were ``off``.  There is
-        none where they may be off by more than half.
+        ``length`` enters the rotations; before they were shifted the vectors had ``words``, which were ``off``.  There
+        is none where they may be off by more than half.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             before = np.where(2 * off <= words, np.arcsin(np.minimum(1.0, off / words)), np.inf)
