@@ -55,10 +55,10 @@ def product(name: str, one: Affine, first: Floats, other: Affine, second: Floats
 def quotient(name: str, over: Affine, values: Floats, under: Affine, divisor: Floats) -> Affine:
     """Error of ``values``, what ``over`` is the error of divided by ``divisor`` with the error ``under``, ``(n, 1)``.
 
-    n'/d' - n/d = L/d' + L dd/(d' d) with L = dn - (n'/d') dd; |d| >= |d'| - |dd|.  Infinite where d may be zero.
+    n'/d' - n/d = L/d' + L dd/(d' d) with L = dn - (n'/d') dd; |d| >= |d'| - |dd|.  Infinite where d' may be off by more than half.
     """
     line = over + under.times(-values)
     size, slack = np.abs(divisor), under.radius
     with np.errstate(divide="ignore"):
-        second = np.where(size > slack, line.radius * slack / (size * np.maximum(size - slack, 0)), np.inf)
+        second = np.where(size >= 2 * slack, line.radius * slack / (size * np.maximum(size - slack, 0)), np.inf)
     return line.times(1 / divisor) + Affine.noise(name, second)

@@ -9,13 +9,13 @@ from tfra.study.bounds.rotation import Rotation
 
 
 def ratio(over: Floats, off: Floats, normal: Floats, normal_off: Floats) -> Floats:
-    """|x'/z' - x/z| <= (|dx| + |x'/z'| |dz|) / (|z'| - |dz|), infinite where z may be zero.
+    """|x'/z' - x/z| <= (|dx| + |x'/z'| |dz|) / (|z'| - |dz|), infinite where z' may be off by more than half.
 
     ``over`` and ``normal`` are |x'| and |z'|, ``off`` and ``normal_off`` bounds of their errors.  The same holds with
     the exact |x| and |z| instead.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(normal_off < normal, (off + over / normal * normal_off) / (normal - normal_off), np.inf)
+        return np.where(2 * normal_off <= normal, (off + over / normal * normal_off) / (normal - normal_off), np.inf)
 
 
 def gained(design: Design, words: Ints) -> tuple[Floats, Floats]:

@@ -103,7 +103,7 @@ class TfraBounds(ErrorBounds[TfraDesign]):
         size, any_off = np.linalg.norm(total, axis=1)[:, None], np.linalg.norm(off, axis=1)[:, None]
         flat_, flat_off = np.linalg.norm(total[:, :2], axis=1)[:, None], np.linalg.norm(off[:, :2], axis=1)[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            relative = np.where(any_off < size, any_off / (size - any_off), np.inf)
+            relative = np.where(2 * any_off <= size, any_off / (size - any_off), np.inf)
             share = np.minimum(1, (total + off) / np.maximum(size - any_off, 0))
         gain = trace.frame.magnitude[:, None] / size
         planes = np.concatenate([forms[f"plane {axis}"].radius for axis in range(3)], axis=1)
