@@ -124,7 +124,10 @@ def judged(configuration: Configuration, more: int, rounds: int) -> dict[str, An
         "formats": str(design.formats),
         **record,
         "largest_bound": {": ".join(key): float(f"{bound:.4g}") for key, (bound, _) in largest.items()},
-        "over_largest_error": {": ".join(key): round(float(most / error), 2) for key, (most, error) in largest.items()},
+        "without_any_bound": [": ".join(key) for key, (most, _) in largest.items() if not most],
+        "over_largest_error": {
+            ": ".join(key): round(float(most / error), 2) for key, (most, error) in largest.items() if error > 0
+        },
     }
 
 
