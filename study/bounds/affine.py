@@ -55,7 +55,8 @@ def product(name: str, one: Affine, first: Floats, other: Affine, second: Floats
 def quotient(name: str, over: Affine, values: Floats, under: Affine, divisor: Floats) -> Affine:
     """Error of ``values``, what ``over`` is the error of divided by ``divisor`` with the error ``under``, ``(n, 1)``.
 
-    n'/d' - n/d = L/d' + L dd/(d' d) with L = dn - (n'/d') dd; |d| >= |d'| - |dd|.  Infinite where d' may be off by more than half.
+    n'/d' - n/d = L/d' + L dd/(d' d) with L = dn - (n'/d') dd; |d| >= |d'| - |dd|.  Infinite where d' may be off by
+    more than half.
     """
     line = over + under.times(-values)
     size, slack = np.abs(divisor), under.radius
