@@ -1,6 +1,6 @@
 """The lines of the scorecard, in their order."""
 
-from bench.scorecard import lint, overflow, proofs, reproducible
+from bench.scorecard import bounds, lint, overflow, proofs, reproducible
 from bench.scorecard.coverage import measure as coverage
 from bench.scorecard.faults import measure as faults
 from bench.scorecard.hostile import measure as hostile
@@ -18,7 +18,7 @@ LINES = (
     coverage.LINE,
     Line(7, "upsets of registers that are told or outlived", "told for every register"),
     faults.LINE,
-    Line(9, "bound on the error of fixed point by proof", "proven for every preset"),
+    bounds.LINE,
     hostile.LINE,
     reproducible.LINE,
     lint.LINE,

@@ -17,7 +17,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.skin.skin import Skin, core_of
 from tfra.runtime.processes import ToolError
 
-EXAMPLES = ("small", "fast", "balanced", "learned_small", "learned_fast", "learned_resultant", "skin_8x12")
+EXAMPLES = ("small", "fast", "balanced", "learned_small", "learned_fast", "learned_resultant", "fingers_32x32")
 QUICK = ("small", "learned_small")
 PYTHON = {"ruff": ("ruff", "check", "."), "mypy": ("mypy", "--strict", "-p", "tfra", "-p", "bench")}
 OTHERS = (

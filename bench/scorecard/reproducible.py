@@ -12,7 +12,7 @@ from pathlib import Path
 from bench.publish import ROOT
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
 
-EXAMPLES = ("small", "learned_small", "skin_8x12")
+EXAMPLES = ("small", "learned_small", "fingers_32x32")
 QUICK = ("learned_small",)
 KINDS = {"Verilog and its package": ("--package",), "C": ("--backend", "c")}
 PYTHONS = ("3.12", "3.13")

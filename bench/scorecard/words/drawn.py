@@ -17,7 +17,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 
-PRESETS = ("small", "fast", "learned_small", "learned_resultant", "skin_8x12")
+PRESETS = ("small", "fast", "learned_small", "learned_resultant", "fingers_32x32")
 
 
 def drawn(count: int, seed: int) -> Iterator[Configuration]:

@@ -1,0 +1,1 @@
+"""Proven bounds on the errors of fixed point."""
