@@ -58,8 +58,8 @@ def verdict(record: Record) -> str:
 
 
 def worse(record: Record, before: Record | None) -> bool:
-    """Whether a line misses its target, and did not before."""
-    return not record.get("passed", True) and (before is None or before["passed"])
+    """Whether a line misses its target that reached it before."""
+    return not record.get("passed", True) and before is not None and before["passed"]
 
 
 def table(records: list[Record]) -> str:

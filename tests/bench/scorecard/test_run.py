@@ -63,7 +63,7 @@ def test_table_tells_what_was_measured_before_a_change():
 
 @pytest.mark.parametrize(
     ("now", "before", "bad"),
-    [(True, None, False), (False, None, True), (False, True, True), (False, False, False), (True, False, False)],
+    [(True, None, False), (False, None, False), (False, True, True), (False, False, False), (True, False, False)],
 )
 def test_a_quick_run_fails_where_a_line_was_reached_before(now, before, bad):
     assert worse({"passed": now}, None if before is None else {"passed": before}) == bad

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from bench.exactness.campaign import untrained
+from bench.exactness.designs import untrained
 from tests.study.bounds.exact import candidate, offset
 from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.cover.scenes import wild_codes
