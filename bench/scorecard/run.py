@@ -9,6 +9,7 @@ reached before.
 import argparse
 import sys
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from bench.publish import ROOT, insert, store, stored
@@ -78,29 +79,34 @@ def table(records: list[Record]) -> str:
     return "\n".join([*lines, "", *told])
 
 
+def rows(found: Mapping[int, Record]) -> list[Record]:
+    """A record of each line: the one that was ``found`` now, or what is stored, maybe by another run meanwhile."""
+    records = []
+    for line in LINES:
+        old = known().get(line.number, {})
+        current = {"current": old["key"] == line.key(False)} if old else {}
+        records.append(found.get(line.number) or {**old, **line.facts(), **current})
+    return records
+
+
 def main() -> int:
     """Measure, store, publish."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer frames, and nothing is written")
     parser.add_argument("--only", type=int, nargs="+", help="numbers of the lines to measure; others stay as they are")
     options = parser.parse_args()
-    before = known()
-    found = dict(before)
+    before, found = known(), dict[int, Record]()
     for line in LINES:
-        old = before.get(line.number)
-        if options.only and line.number not in options.only:
-            found[line.number] = {**(old or {}), **line.facts()}
-            found[line.number] |= {"current": old["key"] == line.key(False)} if old else {}
-        else:
-            found[line.number] = measured(line, old, options.quick)
-        if not options.quick:
-            store(NAME, [found[number] for number in sorted(found)])
-    rows = [found[line.number] for line in LINES]
+        if not options.only or line.number in options.only:
+            found[line.number] = measured(line, before.get(line.number), options.quick)
+            if not options.quick:
+                store(NAME, rows(found))
+    records = rows(found)
     if options.quick:
-        print(table(rows))
-        return int(any(worse(record, before.get(record["number"])) for record in rows))
-    insert(NAME, table(rows), PAGE)
-    return int(any(not record.get("passed", True) for record in rows))
+        print(table(records))
+        return int(any(worse(record, before.get(record["number"])) for record in records))
+    insert(NAME, table(records), PAGE)
+    return int(any(not record.get("passed", True) for record in records))
 
 
 if __name__ == "__main__":

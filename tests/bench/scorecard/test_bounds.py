@@ -16,7 +16,9 @@ SMALL = Configuration(
 )
 
 
-@pytest.mark.parametrize(("factor", "passed", "exceeding"), [(1.0, True, False), (0.5, False, True), (20.0, False, False)])
+@pytest.mark.parametrize(
+    ("factor", "passed", "exceeding"), [(1.0, True, False), (0.5, False, True), (20.0, False, False)]
+)
 def test_bounds_that_are_wrong_miss_the_target(factor, passed, exceeding, monkeypatch):
     right = TfraBounds.bounds
     monkeypatch.setattr(bounds, "configurations", lambda quick: [SMALL])
