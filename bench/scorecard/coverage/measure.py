@@ -16,7 +16,7 @@ from bench.scorecard.words.drawn import drawn, presets
 from bench.scorecard.words.harness import Configuration
 
 SEED = 1
-DRAWN, NAMES = (0, 1, 3, 8, 17, 18), ("small", "learned_small", "skin_8x12")
+DRAWN, NAMES = (0, 1, 3, 8, 17, 18), ("small", "learned_small", "fingers_32x32")
 """Configurations of line 1: both estimators, parallel and serial, alone and behind AXI, a skin."""
 CYCLES, QUICK_CYCLES = 8_000_000, 300_000
 QUICK_DRAWN, QUICK_BINS = (3, 18), r"(stalls|reset): parallel .*|plateau: .*|status: learned, .* alone"
