@@ -2,6 +2,7 @@
 
 from bench.scorecard import lint, overflow, proofs, reproducible
 from bench.scorecard.line import Line
+from bench.scorecard.upsets import measure as upsets
 from bench.scorecard.words import measure as words
 
 LINES = (
@@ -11,7 +12,7 @@ LINES = (
     overflow.LINE,
     Line(5, "wrong changes of gateware and model that tests notice", "1,000 changes of the Verilog, all noticed"),
     Line(6, "coverage of the sources and of the Verilog", "every line and branch, or told why not"),
-    Line(7, "upsets of registers that are told or outlived", "told for every register"),
+    upsets.LINE,
     Line(8, "faults of sensor and streams that are told", "all told"),
     Line(9, "bound on the error of fixed point by proof", "proven for every preset"),
     Line(10, "hostile inputs, kills, concurrent writers, sanitisers, fuzzing", "no crash, nothing half-written"),

@@ -195,7 +195,8 @@ def verdict(runs: Mapping[str, Run], records: list[dict[str, Any]], quick: bool)
     figure = f"{len(upsets):,} upsets, {sum(upset.effect for upset in upsets):,} of them in effect: wrong untold after"
     figure += f" {percent(silent['registers'])} of those of registers, {percent(silent['written'])} of memories that"
     figure += f" frames write, {percent(silent['kept'])} of those that keep coefficients;"
-    figure += f" not right after {FRAMES} frames, but after a reset, {percent(share(len(lost), len(sampled)))}"
+    figure += f" not right after {FRAMES} frames {percent(share(len(lost), len(sampled)))},"
+    figure += f" {sum(not upset.healed for upset in lost):,} of {len(lost):,} not after a reset either"
     whole = all(found.sound and all(upset.seen for upset in found.upsets) for found in runs.values())
     effect = all(any(upset.effect for upset in found.upsets) for found in runs.values())
     enough = quick or (len(upsets) >= LEAST and all(record["rounds"] for record in records))
@@ -206,8 +207,9 @@ def measure(quick: bool) -> Measured:
     """All configurations, two at a time, or a tiny one with fewer upsets."""
 
     def one(configuration: Configuration) -> Run:
+        upsets = QUICK_UPSETS if quick else UPSETS[configuration.design.architecture.kind]
         with tempfile.TemporaryDirectory() as folder:
-            found = run(configuration, QUICK_UPSETS if quick else UPSETS[configuration.design.architecture.kind], Path(folder))
+            found = run(configuration, upsets, Path(folder))
         progress(f"{configuration.name}: {len(found.upsets):,} upsets")
         return found
 
