@@ -23,7 +23,7 @@ from tfra.runtime.processes import ToolError, complaint
 from tfra.study.errors.statistics import rate
 
 SEED, QUICK_UPSETS, LEAST = 1, 3000, 100_000
-UPSETS = {"parallel": 30_000, "serial": 6_000}
+UPSETS = {"parallel": 30_000, "serial": 7_000}
 """Upsets of a core: enough for each of its registers, and for ``LEAST`` of all."""
 FRAMES = 2
 """Frames after which the next one has to be right."""
