@@ -1,8 +1,9 @@
 // Bits of the Verilated core flipped one at a time, and the frames that come afterwards.
 //
-// harness LIBRARY SEED UPSETS INTERVAL LATENCY WARNINGS: prints a line "var NAME BITS KIND" for every register and
-// memory, then one of numbers for each upset.  KIND: 0 register, 1 memory that frames write, 2 memory that keeps its
-// words.  Every upset starts from a random cycle of an undisturbed run, which goes on from there afterwards.
+// harness LIBRARY SEED UPSETS INTERVAL LATENCY WARNINGS: prints a line "var NAME" for every register and memory, one
+// with the bits of registers, of words in memories that frames write, and of words that stay as they are after a reset,
+// then one of numbers for each upset, whose second is the kind of its bit in the same order.  Every upset starts from a
+// random cycle of an undisturbed run, which goes on from there afterwards.
 #include "receiver.h"
 #include "verilated_sym_props.h"
 #include "verilated_syms.h"
@@ -14,13 +15,15 @@ struct Var {
     std::string name;
     char *data;
     i64 bits, words, bytes;  // bits of a word, bytes of all
-    int kind;
+    std::vector<int> kinds;  // of each word
 };
 
 struct Bit {
     size_t var;
     i64 word, bit;
 };
+
+enum { REGISTER, WRITTEN, KEPT };
 
 enum { AGAIN_RIGHT, STAYS_WRONG, HUNG };
 
@@ -49,7 +52,7 @@ static void find()
                 continue;
             const i64 words = var.udims() ? var.unpackedRanges()[0].elements() : 1;
             vars.push_back({std::string(scope.first) + "." + name, (char *)var.datap(), var.entBits(), words,
-                            (i64)var.totalSize(), var.udims() ? 2 : 0});
+                            (i64)var.totalSize(), std::vector<int>((size_t)words, var.udims() ? KEPT : REGISTER)});
             bytes += var.totalSize();
         }
     }
@@ -102,7 +105,7 @@ static bool works(Streams &line, int count)
     return count == 0;
 }
 
-// Tell memories that frames write from those that keep their words since the reset.
+// Tell words of memories that frames write from those that stay as they are after a reset.
 static bool divide(Streams &golden)
 {
     const State first = saved();
@@ -111,9 +114,10 @@ static bool divide(Streams &golden)
         sound &= works(golden, 1);
         const char *place = first.data();
         for (Var &var : vars) {
-            if (var.kind && std::memcmp(place, var.data, (size_t)var.bytes))
-                var.kind = 1;
-            place += var.bytes;
+            const size_t size = (size_t)(var.bytes / var.words);
+            for (size_t word = 0; word < var.kinds.size(); word++, place += size)
+                if (var.kinds[word] == KEPT && std::memcmp(place, var.data + word * size, size))
+                    var.kinds[word] = WRITTEN;
         }
     }
     return sound;
@@ -183,22 +187,23 @@ int main(int, char **arguments)
     std::vector<Bit> bits[3];
     for (size_t var = 0; var < vars.size(); var++) {
         const Var &one = vars[var];
-        std::printf("var %s %lld %d\n", one.name.c_str(), one.words * one.bits, one.kind);
+        std::printf("var %s\n", one.name.c_str());
         for (i64 place = 0; place < one.words * one.bits; place++)
-            bits[one.kind].push_back({var, place / one.bits, place % one.bits});
+            bits[one.kinds[(size_t)(place / one.bits)]].push_back({var, place / one.bits, place % one.bits});
     }
+    std::printf("bits %zu %zu %zu\n", bits[REGISTER].size(), bits[WRITTEN].size(), bits[KEPT].size());
     for (i64 upset = 0, turn = 0; upset < upsets && !bits[0].empty(); upset++) {
         golden.quiet = 0;
         for (i64 cycles = random.below(interval) + 1; cycles--;)
             sound &= step(golden) <= RIGHT;
-        int kind = upset % 8 == 6 ? 1 : upset % 8 == 7 ? 2 : 0;
+        int kind = upset % 8 == 6 ? WRITTEN : upset % 8 == 7 ? KEPT : REGISTER;
         if (bits[kind].empty())
-            kind = 0;
+            kind = REGISTER;
         std::vector<Bit> &all = bits[kind];
         const size_t place = kind ? 0 : (size_t)turn++ % all.size();  // each register in turn, in a random order
         std::swap(all[place], all[place + (size_t)random.below((i64)(all.size() - place))]);
         const Upset found = observe(golden, all[place]);
-        std::printf("%zu %lld %lld %lld %lld %lld %lld %lld %lld\n", all[place].var, found.seen, found.effect,
+        std::printf("%zu %d %lld %lld %lld %lld %lld %lld %lld %lld\n", all[place].var, kind, found.seen, found.effect,
                     found.number[TOLD], found.number[SILENT], found.end ? found.end - found.begin + 1 : 0, found.state,
                     found.healed, found.interrupted);
     }

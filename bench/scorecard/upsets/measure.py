@@ -31,7 +31,7 @@ SATURATED = Status.INPUT_SATURATED | Status.OUTPUT_SATURATED
 WARNINGS = SATURATED | Status.DEPENDENT_OUT_OF_RANGE | Status.IMPLAUSIBLE
 """Bits of the status that tell a receiver to doubt a frame."""
 KINDS = ("registers", "written", "kept")
-"""Bits of registers, of memories that frames write, and of those that keep coefficients or settings."""
+"""Bits of registers, of words in memories that frames write, and of those that stay as they are after a reset."""
 SOURCE = Path(__file__).with_name("harness.cpp")
 
 _REGISTER = re.compile(
@@ -89,22 +89,18 @@ def public(texts: Mapping[str, str]) -> dict[str, str]:
 
 def parsed(text: str) -> Run:
     """What the harness printed."""
-    variables, upsets, bits, sound = [], [], Counter[str](), False
+    names, upsets, bits, sound = [], [], Counter[str](), False
     for head, *rest in map(str.split, text.splitlines()):
         if head == "var":
-            variables.append((rest[0], KINDS[int(rest[2])]))
-            bits[variables[-1][1]] += int(rest[1])
+            names.append(rest[0])
+        elif head == "bits":
+            bits = Counter(dict(zip(KINDS, map(int, rest), strict=True)))
         elif head == "sound":
             sound = rest == ["1"]
         else:
-            seen, effect, told, silent, span, end, healed, interrupted = map(int, rest)
-            state = ("right", "wrong", "hung")[end]
-            upsets.append(
-                Upset(
-                    *variables[int(head)], bool(seen), bool(effect), told, silent, span, state, bool(healed),
-                    bool(interrupted),
-                )
-            )  # fmt: skip
+            kind, seen, effect, told, silent, span, end, healed, interrupted = map(int, rest)
+            found = bool(seen), bool(effect), told, silent, span, ("right", "wrong", "hung")[end]
+            upsets.append(Upset(names[int(head)], KINDS[kind], *found, bool(healed), bool(interrupted)))
     return Run(upsets, bits, sound)
 
 
