@@ -67,12 +67,12 @@ def test_every_register_and_memory_is_public() -> None:
 def test_planted_registers(tmp_path: Path) -> None:
     configuration = next(one for one in configurations(False) if one.name == "TFRA, serial")
     register = "  reg [7999:0] {0};\n  initial {0} = 8000'd0;\n  always @(posedge clk) if (rst) {0} <= 8000'd0;\n"
-    planted = "  reg inside;\n  initial inside = 1'd0;\n"
-    planted += "  always @(posedge clk) if (result_valid & result_ready) inside <= ~result_last;\n"
+    planted = "  reg body;\n  initial body = 1'd0;\n"
+    planted += "  always @(posedge clk) if (result_valid & result_ready) body <= ~result_last;\n"
     planted += register.format("stuck") + register.format("spare")
     name = f"{configuration.top}.v"
     text, count = re.subn(
-        r"  assign (result_data) = (.*);", rf"{planted}  assign \1 = \2 ^ (inside & |stuck);", configuration.texts[name]
+        r"  assign (result_data) = (.*);", rf"{planted}  assign \1 = \2 ^ (body & |stuck);", configuration.texts[name]
     )
     assert count == 1
     found: Run = run(configuration, 400, tmp_path, public(configuration.texts | {name: text}))
