@@ -4,9 +4,9 @@ from bench.scorecard import bounds, lint, overflow, proofs, reproducible
 from bench.scorecard.coverage import measure as coverage
 from bench.scorecard.faults import measure as faults
 from bench.scorecard.hostile import measure as hostile
-from bench.scorecard.line import Line
 from bench.scorecard.mutants import measure as mutants
 from bench.scorecard.netlists import measure as netlists
+from bench.scorecard.upsets import measure as upsets
 from bench.scorecard.words import measure as words
 
 LINES = (
@@ -16,7 +16,7 @@ LINES = (
     overflow.LINE,
     mutants.LINE,
     coverage.LINE,
-    Line(7, "upsets of registers that are told or outlived", "told for every register"),
+    upsets.LINE,
     faults.LINE,
     bounds.LINE,
     hostile.LINE,
