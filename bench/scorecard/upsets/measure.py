@@ -225,6 +225,6 @@ LINE = Line(
     " length, a wrong number, fault or interrupt, or a warning of the status. An upset without a wrong word in the next"
     " frames counts as outlived, even if a setting stays changed. Memories that keep coefficients or settings are"
     " wrong until they are written again, and have no part in the target.",
-    (*GATEWARE, "bench.exactness.designs.py", "bench/scorecard/words", "bench/scorecard/upsets"),
+    (*GATEWARE, "bench/exactness/designs.py", "bench/scorecard/words", "bench/scorecard/upsets"),
     measure,
 )
