@@ -20,7 +20,7 @@
 # make axi_cost  what the wrapper costs, docs/ip.md
 # make scorecard
 #              every line of docs/scorecard.md whose sources have changed; make scorecard-quick measures less, in
-#              minutes, writes nothing, and belongs to make test-all
+#              minutes, and writes nothing
 # make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
 # make clean   forget everything that was made here, the environment included
@@ -52,7 +52,6 @@ test: $(READY) icarus chromium ghdl
 
 test-rest: $(READY) icarus chromium ghdl cross
 	$(PYTEST) -m long
-	$(VENV)/bin/python -m bench.scorecard.run --quick
 
 test-all: test test-rest
 

@@ -42,15 +42,18 @@ class Stream:
                 yield number, line
 
     def _lines(self) -> Iterator[bytes]:
-        waiting = b""
+        waiting = bytearray()  # grows in place: a long line may come byte by byte
         while data := self.read():
-            *whole, waiting = (waiting + data).split(b"\n")
-            yield from whole
+            first, *others = data.split(b"\n")
+            waiting += first
+            for other in others:
+                yield bytes(waiting)
+                waiting = bytearray(other)
             if len(waiting) > LONGEST:
-                yield waiting
-                waiting = b""
+                yield bytes(waiting)
+                waiting = bytearray()
         if waiting:
-            yield waiting
+            yield bytes(waiting)
 
 
 def is_stream(source: str) -> bool:

@@ -167,7 +167,8 @@ def _entries(directory: Path, below: str = "") -> Iterator[tuple[str, bool]]:
 
 
 def _is_regular(path: Path) -> bool:
-    return path.is_file() and not path.is_symlink()
+    """Whether it is a file; a name that no file can have is none."""
+    return os.path.isfile(path) and not os.path.islink(path)
 
 
 def _digest(file: Path) -> str:

@@ -147,6 +147,7 @@ def _require_sensor(file: Path, about: About, sensor: SensorArray) -> None:
     own = about.sensor.model_dump()
     for key, needed in sensor_section(sensor).items():
         if own[key] != needed:
-            raise InputError(file, f"sensor.{key}", f"is trained for {own[key]:g}, CONFIG has {needed:g}: {_AGAIN}")
+            trained = f"{own[key]:g}" if isinstance(own[key], float) else quoted(own[key])
+            raise InputError(file, f"sensor.{key}", f"is trained for {trained}, CONFIG has {needed:g}: {_AGAIN}")
     if about.sensor_sha256 != sensor_sha256(sensor):
         raise InputError(file, "about.sensor_sha256", f"is not that of the sensor: {_AGAIN}")

@@ -1,6 +1,7 @@
 """Output appears completely or not at all, and what a command did not write stays."""
 
 import hashlib
+import json
 import os
 import zipfile
 from collections.abc import Callable, Sequence
@@ -264,6 +265,16 @@ def test_an_output_that_is_not_as_it_was_written_stays(
 def test_a_directory_with_files_missing_is_replaced(tmp_path: Path) -> None:
     make(tmp_path / "out", "old")
     (tmp_path / "out" / "core.v").unlink()
+    make(tmp_path / "out")
+    assert has(tmp_path / "out", "new")
+
+
+def test_a_name_that_no_file_can_have_is_a_file_that_is_missing(tmp_path: Path) -> None:
+    make(tmp_path / "out", "old")
+    manifest = tmp_path / "out" / MANIFEST
+    content = json.loads(manifest.read_text())
+    content["sha256"]["x" * 300] = content["sha256"]["a\0"] = "00"
+    manifest.write_text(json.dumps(content))
     make(tmp_path / "out")
     assert has(tmp_path / "out", "new")
 

@@ -119,6 +119,7 @@ def forged(path: Path, change: Callable[[dict[str, Any], dict[str, Any]], object
         (lambda a, d: d.update(threshold=0), "about.threshold: "),
         (lambda a, d: d.update(threshold=float("nan")), "about.threshold: a finite number is needed, got nan"),
         (lambda a, d: d.update(colour=1), "about.colour: unknown key"),
+        (lambda a, d: d["sensor"].update(rows=10**400), "sensor.rows: is trained for 1000"),
         (lambda a, d: d.update(sensor_sha256="0"), "about.sensor_sha256: is not that of the sensor"),
         (lambda a, d: a["first"].__setitem__((0, 0), np.nan), "first: a number is not finite"),
         (lambda a, d: a.update(second=a["second"][:3]), "second: shape (4, 2, 3) is needed, got (3, 2, 3)"),
