@@ -81,9 +81,9 @@ def table(records: list[Record]) -> str:
 
 def rows(found: Mapping[int, Record]) -> list[Record]:
     """A record of each line: the one that was ``found`` now, or what is stored, maybe by another run meanwhile."""
-    records = []
+    records, before = [], known()
     for line in LINES:
-        old = known().get(line.number, {})
+        old = before.get(line.number, {})
         current = {"current": old["key"] == line.key(False)} if old else {}
         records.append(found.get(line.number) or {**old, **line.facts(), **current})
     return records

@@ -218,6 +218,7 @@ def test_live_of_the_resultant_alone(tab: Browser, folder: Path, tmp_path: Path)
         assert not is_shown(tab, "#swept")
         sent.send(None)
         tab.until("document.getElementById('state').textContent.endsWith('has ended.')")
+        tab.until("play.textContent == 'Follow'")  # the curves are whole then
         assert curve(tab, "uncertainty") == pytest.approx([10, 40, 20])
         assert curve(tab, "residual") == [12.5] * 3
         go(tab, 1)

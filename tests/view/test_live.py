@@ -105,8 +105,8 @@ def test_it_waits_shows_what_comes_and_says_how_it_ended(tab: Browser, made: tup
         tab.until(f"document.getElementById('counts').textContent.startsWith('{counts}')")
         fault = tab.evaluate("document.getElementById('fault').textContent")
         assert fault == "Malformed lines: 1. The first: line 4: no."
+        tab.until("play.textContent == 'Follow'")  # the curves are whole then
         np.testing.assert_allclose(curve(tab, "mu"), expected.mu[:4], rtol=1e-6)
-        assert tab.evaluate("play.textContent") == "Follow"
         fill(tab, "frame", 1, "input")
         np.testing.assert_allclose(numbers(tab, "mu"), expected.mu[1], rtol=6e-4)
         assert tab.messages == []

@@ -1,7 +1,6 @@
 """A core of a configuration, Verilated with coverage, in sessions that resets end."""
 
 import json
-import subprocess
 import tempfile
 from collections import Counter
 from dataclasses import dataclass
@@ -12,11 +11,9 @@ import numpy as np
 
 from bench.scorecard.coverage import bins
 from bench.scorecard.coverage.verilog import Point, points
-from bench.scorecard.words.harness import Configuration, built
+from bench.scorecard.words.harness import Configuration, built, ran
 from bench.scorecard.words.measure import directed
 from tfra.hdl.cores import microarchitecture
-from tfra.model.arrays import Ints
-from tfra.runtime.processes import ToolError, complaint
 
 SOURCE = Path(__file__).with_name("sessions.cpp")
 SEED = 1
@@ -42,7 +39,8 @@ def covered(configuration: Configuration, cycles: int) -> Covered:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         program = built(configuration, folder, SOURCE, options=("--coverage-line",))
-        counts = ran(program, folder, codes, random)
+        (folder / "given").write_bytes(codes.astype("<i4").tobytes())
+        counts: dict[str, Any] = json.loads(ran(program, "./core.so", SEED, random, "given"))
         data = (folder / "coverage.dat").read_text(errors="replace")
     own = (f"{configuration.array.name}.v", f"{configuration.top}.v")  # without models of a device's cells
     texts = {name: text for name, text in configuration.texts.items() if name in own}
@@ -50,14 +48,3 @@ def covered(configuration: Configuration, cycles: int) -> Covered:
     reached = points(data, cores, texts)
     wrong = counts["differ"] + counts["broken"] + counts["missing"]
     return Covered(reached, bins.hit(configuration, codes, counts), counts["words"], wrong)
-
-
-def ran(program: Path, folder: Path, codes: Ints, random: int) -> dict[str, Any]:
-    """What ``program`` of ``sessions.cpp`` counts."""
-    (folder / "given").write_bytes(codes.astype("<i4").tobytes())
-    command = [str(program), "./core.so", str(SEED), str(random), "given"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise ToolError(complaint("the sessions", done.returncode, done.stderr))
-    counts: dict[str, Any] = json.loads(done.stdout)
-    return counts

@@ -6,107 +6,67 @@
 // of stalls, and after a reset in each phase.
 #include "core.h"
 
-#include <fstream>
-#include <iterator>
-
 enum { IDLE, TAXELS_COME, COMPUTING, WORDS_LEAVE, PHASES };
 static const int PAIRS = 9, ROUNDS = 4;
-
-static std::vector<char> bytes(const char *name)
-{
-    std::ifstream file(name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct Sessions {
     Ports ports;
     Random random;
-    std::vector<char> given, loaded;
+    std::vector<int> given;
     i64 stalled[PAIRS] = {}, after[PHASES] = {}, words = 0, differ = 0, broken = 0, missing = 0, cycles = 0, frames = 0;
-
-    void reset()
-    {
-        ports.offer(false, std::vector<CODE>(TAXELS).data(), 0, 0);
-        ports.take(false);
-        ports.reset(1);
-        for (int cycle = 0; cycle < 4; cycle++) {
-            ports.clock(0);
-            ports.clock(1);
-        }
-        ports.reset(0);
-        std::fill(state.begin(), state.end(), 0);
-        records = 0;
-        const unsigned *first = (const unsigned *)loaded.data();
-        ports.begin(std::vector<unsigned>(first, first + loaded.size() / sizeof(unsigned)));
-    }
 
     // A session after a reset in the phase `before`, which ends in the phase `end`, or when idle after so many frames.
     void session(int before, int pair, int end, i64 count)
     {
-        const i64 directed = (i64)(given.size() / sizeof(int) / TAXELS);
-        Stalls in{{random.next()}, pair % 3}, out{{random.next()}, pair / 3};
+        const i64 directed = (i64)given.size() / TAXELS;
+        Exchange exchange{{{random.next()}, pair % 3}, {{random.next()}, pair / 3}};
         std::deque<Frame> due;
         Frame sending{-1, std::vector<CODE>(TAXELS), {}};
-        int beat = Ports::beats;
-        size_t place = 0;
-        bool holding = false, waiting = false;
-        u64 waited = 0;
-        i64 sent = 0, quiet = 0, drained = 0, delay = random.below(200 + 4 * TAXELS);
-        reset();
+        bool begun = false;
+        i64 drawn = 0, drained = 0, delay = random.below(200 + 4 * TAXELS);
+        reset(ports);
+        std::fill(state.begin(), state.end(), 0);
+        records = 0;
+        ports.begin(items<unsigned>("coefficients"));
         while (drained < 256) {
-            const int phase = place                    ? WORDS_LEAVE
-                              : beat % Ports::beats    ? TAXELS_COME
-                              : due.empty()            ? IDLE
-                              : beat == Ports::beats   ? COMPUTING
-                                                       : TAXELS_COME;
-            if (end && sent > 1 && phase == end && delay-- <= 0)
+            const int phase = exchange.place  ? WORDS_LEAVE
+                              : exchange.beat ? TAXELS_COME
+                              : due.empty()   ? IDLE
+                              : begun         ? TAXELS_COME
+                                              : COMPUTING;
+            if (end && drawn > 1 && phase == end && delay-- <= 0)
                 return;
-            if (quiet > PATIENCE) {
+            if (exchange.quiet > PATIENCE) {
                 missing++;
                 return;
             }
-            if (beat == Ports::beats && sent < count) {
-                sending.number = sent++;
+            if (!begun && drawn < count) {
+                begun = true;
+                sending.number = drawn++;
                 sending.words.clear();
-                const int *codes = (const int *)given.data() + sending.number * TAXELS;
+                const int *codes = given.data() + sending.number * TAXELS;
                 if (!end && sending.number < directed)
                     sending.codes.assign(codes, codes + TAXELS);
                 else
                     draw(random, sending.codes);
                 expect(sending);
                 due.push_back(sending);
-                beat = 0;
             }
-            const bool offered = beat < Ports::beats && (holding || !in.now()), ready = due.empty() || !out.now();
-            ports.offer(offered, sending.codes.data(), beat < Ports::beats ? beat : 0, sending.number);
-            ports.take(ready);
-            ports.clock(0);
-            const bool valid = ports.valid(), taken = offered && ports.ready(), last = valid && ports.last();
-            const u64 word = valid ? ports.word() : 0;
-            broken += waiting && (!valid || word != waited);
-            ports.clock(1);
+            const size_t place = exchange.place;
+            broken += exchange.cycle(ports, begun ? &sending : nullptr, due.empty() ? nullptr : &due.front());
             cycles++;
-            beat += taken;
-            holding = offered && !taken;
-            waiting = valid && !ready;
-            waited = word;
-            quiet = taken || (valid && ready) ? 0 : quiet + 1;
-            drained = due.empty() && sent == count && beat == Ports::beats ? drained + 1 : 0;
-            if (due.empty()) {
-                broken += valid;
-            } else if (valid && ready) {
-                const size_t record = Ports::head + RECORD_WORDS;
-                broken += last != (place % record == record - 1);
-                const bool same = word == due.front().words[place];
+            begun &= !exchange.sent;
+            drained = due.empty() && drawn == count && !begun ? drained + 1 : 0;
+            if (exchange.moved) {
+                const bool same = exchange.word == due.front().words[place];
                 differ += !same;
                 words++;
                 stalled[pair] += same;
                 after[before] += same;
-                if (++place == due.front().words.size()) {
-                    due.pop_front();
-                    place = 0;
-                    frames++;
-                }
+            }
+            if (exchange.ended) {
+                due.pop_front();
+                frames++;
             }
         }
     }
@@ -114,15 +74,12 @@ struct Sessions {
 
 int main(int, char **arguments)
 {
-    void *library = dlopen(arguments[1], RTLD_NOW);
-    if (!library)
-        return std::fprintf(stderr, "%s\n", dlerror()), 2;
-    run = (Run)dlsym(library, "run");
+    if (!load(arguments[1]))
+        return 2;
     static Sessions all;
     all.random.state = std::strtoull(arguments[2], nullptr, 10);
-    all.given = bytes(arguments[4]);
-    all.loaded = bytes("coefficients");
-    const i64 random = std::atoll(arguments[3]), whole = (i64)(all.given.size() / sizeof(int) / TAXELS) + random;
+    all.given = items<int>(arguments[4]);
+    const i64 whole = (i64)all.given.size() / TAXELS + std::atoll(arguments[3]);
     for (int pair = 0; pair < PAIRS; pair++)
         all.session(IDLE, pair, IDLE, whole);
     int before = IDLE;

@@ -86,21 +86,12 @@ struct Device : Ports {
 
 int main(int, char **arguments)
 {
-    std::vector<int> script;
-    FILE *file = std::fopen(arguments[1], "rb");
-    int number;
-    while (file && std::fread(&number, sizeof number, 1, file) == 1)
-        script.push_back(number);
+    const std::vector<int> script = items<int>(arguments[1]);
     Device device;
     device.answers = std::fopen(arguments[2], "wb");
-    if (!file || !device.answers)
+    if (!device.answers)
         return 2;
-    device.offer(false, nullptr, Ports::beats, 0);
-    device.take(false);
-    device.reset(1);
-    for (int cycle = 0; cycle < 4; cycle++)
-        device.tick();
-    device.reset(0);
+    reset(device);
     for (const int *next = script.data(), *end = next + script.size(); next < end;) {
         if (next[0] == 0) {
             device.slot(next[1], next[2], next[3], next + 4);
@@ -113,6 +104,5 @@ int main(int, char **arguments)
             next += 2;
         }
     }
-    std::fclose(file);
     return std::fclose(device.answers) ? 2 : 0;
 }

@@ -1,6 +1,5 @@
 """A core behind AXI in Verilator: scripts of frames and register accesses in, what the core says of them out."""
 
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from bench.exactness.axi import CHECK_SEQUENCE, FORCES, RUN
-from bench.scorecard.words.harness import Configuration, built
+from bench.scorecard.words.harness import Configuration, built, ran
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
-from tfra.runtime.processes import ToolError, complaint
 
 REGISTERS = {
     "CONTROL": 0x40, "INTERRUPT_ENABLE": 0x4C, "FRAME_TIMEOUT": 0x54, "LOAD_DATA": 0x80, "LOAD_CHECKSUM": 0x88,
@@ -79,10 +77,7 @@ class Player:
     def play(self, script: Ints) -> Heard:
         """Reset the core, play ``script``, and sort the answers; raises ``ToolError`` where the program fails."""
         (self.folder / "script").write_bytes(np.asarray(script & 0xFFFFFFFF).astype("<u4").tobytes())
-        command = [str(self._program), "script", "answers"]
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise ToolError(complaint("the player", done.returncode, done.stderr))
+        ran(self._program, "script", "answers")
         answers = np.fromfile(self.folder / "answers", "<u4").astype(np.int64).reshape(-1, WIDTH)
         return heard(answers, sent(script))
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from bench.publish import ROOT
-from bench.scorecard.hostile.mutate import changed_bytes, of, of_arrays
-from bench.scorecard.hostile.reader import CONFIG, Prepared, Wrong, archived, archives, configured, of_file
+from bench.scorecard.hostile.mutate import archived, changed_bytes, of, of_arrays
+from bench.scorecard.hostile.reader import CONFIG, Prepared, Wrong, archives, configured, of_file
 from tfra.cli.main import main as tfra
 from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import COMMAND, read_weights

@@ -126,6 +126,13 @@ def of(seeds: Sequence[bytes], change: Change = changed_text) -> Draw:
     return draw
 
 
+def archived(arrays: Mapping[str, Any]) -> bytes:
+    """The bytes of an archive."""
+    stream = BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
 def of_arrays(stored: Sequence[Mapping[str, Any]]) -> Draw:
     """Whole archives, in which one to three arrays have other values, types, shapes or names."""
 
@@ -138,9 +145,7 @@ def of_arrays(stored: Sequence[Mapping[str, Any]]) -> Draw:
                 with suppress(ValueError, TypeError, RuntimeError):  # a type that does not become the other
                     array = changed_array(array, rng)
                 arrays[key if rng.randrange(12) else rng.choice(list(arrays) or [key])] = array
-        stream = BytesIO()
-        np.savez(stream, allow_pickle=False, **arrays)
-        return stream.getvalue()
+        return archived(arrays)
 
     return draw
 

@@ -1,14 +1,11 @@
 """What a reader of bytes from outside is, and what all of them need."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from bench.scorecard.hostile.mutate import Draw, changed_bytes, of, of_arrays
+from bench.scorecard.hostile.mutate import Draw, archived, changed_bytes, of, of_arrays
 from tfra.codegen.config.read import load
 from tfra.runtime.errors import InputError
 
@@ -72,10 +69,3 @@ def archives(stored: list[Any]) -> Draw:
     seeds = [archived(one) for one in stored]
     damaged = of(seeds, changed_bytes)
     return lambda rng: (damaged if rng.randrange(3) == 0 else whole)(rng)
-
-
-def archived(arrays: Mapping[str, Any]) -> bytes:
-    """The bytes of an archive."""
-    stream = BytesIO()
-    np.savez(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()

@@ -7,8 +7,6 @@ equivalent if the outputs are equal then, too, and payloads while they are valid
 
 import re
 import subprocess
-import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,7 +15,8 @@ from pathlib import Path
 from random import Random
 from time import monotonic
 
-FALSE, TRUE = 0, 1
+from bench.scorecard.aig import FALSE, TRUE, Graph, Pair
+
 SECONDS = 3
 """For a proof."""
 CYCLES = 60
@@ -34,8 +33,6 @@ aigmap
 write_aiger -ascii -zinit -map symbols mutants.aag
 """
 """Yosys' commands that make ``mutants.aag`` and ``symbols`` of a flat netlist."""
-Pair = tuple[int, int]
-
 
 @dataclass(frozen=True)
 class Netlist:
@@ -73,69 +70,6 @@ def read(folder: Path) -> Netlist:
     )
 
 
-class Graph:
-    """Gates, each pair of operands once."""
-
-    def __init__(self) -> None:
-        self._gates: list[Pair | None] = [None]
-        self._known: dict[Pair, int] = {}
-
-    def free(self) -> int:
-        """The literal of a new variable."""
-        self._gates.append(None)
-        return 2 * len(self._gates) - 2
-
-    def both(self, a: int, b: int) -> int:
-        """The literal of ``a & b``."""
-        a, b = min(a, b), max(a, b)
-        if a == FALSE or a ^ b == 1:
-            return FALSE
-        if a in (TRUE, b):
-            return b
-        if (a, b) not in self._known:
-            self._gates.append((a, b))
-            self._known[a, b] = 2 * len(self._gates) - 2
-        return self._known[a, b]
-
-    def different(self, pairs: Sequence[Pair], end: float) -> list[int]:
-        """Places of those of ``pairs`` whose literals differ at once in some case; none if no pair ever differs.
-
-        Raises ``TimeoutExpired`` at the time ``end``.
-        """
-        if not pairs:
-            return []
-        clauses, seen = ["-1 0"], set[int]()
-        some = range(len(self._gates) + 1, len(self._gates) + 1 + len(pairs))
-        waiting = [literal >> 1 for pair in pairs for literal in pair]
-        for number, pair in zip(some, pairs, strict=True):
-            x, y = map(_number, pair)
-            clauses += [f"-{number} {x} {y} 0", f"-{number} {-x} {-y} 0"]
-        clauses.append(" ".join(map(str, [*some, 0])))
-        while waiting:
-            variable = waiting.pop()
-            gate = self._gates[variable]
-            if variable in seen or gate is None:
-                continue
-            seen.add(variable)
-            made, a, b = variable + 1, *map(_number, gate)
-            clauses += [f"-{made} {a} 0", f"-{made} {b} 0", f"{made} {-a} {-b} 0"]
-            waiting += [gate[0] >> 1, gate[1] >> 1]
-        with tempfile.NamedTemporaryFile("w", suffix=".cnf") as file:
-            file.write(f"p cnf {some.stop - 1} {len(clauses)}\n" + "\n".join(clauses) + "\n")
-            file.flush()
-            command = [str(Path(sys.executable).with_name("yices-sat")), "-m", file.name]
-            left = max(0, end - monotonic())
-            done = subprocess.run(command, capture_output=True, text=True, timeout=left, check=True)
-        true = {int(word) for word in done.stdout.split()[1:]}  # nothing after "unsat"
-        values = [[(number > 0) == (abs(number) in true) for number in map(_number, pair)] for pair in pairs]
-        return [place for place, (one, other) in enumerate(values) if true and one != other]
-
-
-def _number(literal: int) -> int:
-    """A literal in DIMACS, where variables are counted from 1."""
-    return (-1 if literal & 1 else 1) * ((literal >> 1) + 1)
-
-
 class Prover:
     """Proofs for mutants of one netlist, which its inputs ``mutant`` select."""
 
@@ -152,7 +86,7 @@ class Prover:
             for place, name in enumerate(netlist.inputs, 1)
             if (bit := re.fullmatch(r"mutant\[(\d+)\]", name))
         }
-        self._sources = [FALSE, *(self._graph.free() for _ in range(inputs + latches))]
+        self._sources = [FALSE, *(self._graph.input() for _ in range(inputs + latches))]
         for place in self._select:
             self._sources[place] = FALSE
         self._made = self._stuck()
@@ -160,7 +94,6 @@ class Prover:
         for gate, sides in enumerate(netlist.gates, self._first):
             for side in sides:
                 self._readers[side >> 1].append(gate)
-        ends = netlist.outputs
         ends, valid = netlist.outputs, re.compile(r"_(t?)[a-z]+\[\d+\]$")
         self._ports = [(end, ends.get(valid.sub(r"_\1valid[0]", name), TRUE)) for name, end in ends.items()]
 
@@ -232,7 +165,7 @@ class Prover:
                 if not found or 0 in found:
                     return not found
                 words = {self._netlist.words[place - self._state.start] for place in found}
-                sources |= {place: self._graph.free() for word in words for place in self._bits[word]}
+                sources |= {place: self._graph.input() for word in words for place in self._bits[word]}
         return False
 
 

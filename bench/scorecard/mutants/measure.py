@@ -1,9 +1,8 @@
 """Line 5: wrong changes of netlists, of the model and of codegen, and whether words and tests show them."""
 
-import json
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -16,10 +15,9 @@ from bench.scorecard.line import GATEWARE, Line, Measured, progress
 from bench.scorecard.mutants import python
 from bench.scorecard.mutants.mutations import Mutation
 from bench.scorecard.mutants.verilog import CYCLES, Mutants
+from bench.scorecard.record import kept
 from bench.scorecard.words.drawn import drawn
 from bench.scorecard.words.harness import Configuration
-from tfra.runtime.errors import InputError
-from tfra.runtime.store import Store, cache_directory
 
 DRAWN, QUICK_DRAWN = (5, 13, 18, 19, 22), (19,)
 """Numbers of drawn configurations, whose cores are a serial one and parallel ones of both estimators."""
@@ -27,7 +25,7 @@ COUNT, QUICK_COUNT = 240, 40
 WORKERS = 2
 RTL_AIM, QUICK_AIM, PYTHON_AIM = 0.98, 0.6, 0.9
 """Least shares to be noticed; equivalent mutants are among those of a quick run, which has no proofs."""
-SOURCES = (*GATEWARE, "sim", "bench/scorecard/words", "bench/scorecard/mutants")
+SOURCES = (*GATEWARE, "sim", "bench/scorecard/aig.py", "bench/scorecard/words", "bench/scorecard/mutants")
 TESTS = ("tests/model", "tests/codegen", "tests/hdl", "tests/sim", "tests/conftest.py")
 Record = dict[str, Any]
 
@@ -52,16 +50,6 @@ def of_source(number: int, file: str, mutation: Mutation) -> Record:
         test = python.Copy(Path(folder)).judge(file, mutation)
     progress(f"{number}: {file}:{mutation.line} {mutation.kind}: {test or 'survives'}")
     return {"file": file, **vars(mutation), "test": test}
-
-
-def kept(store: Store, name: str, make: Callable[[], Record]) -> Record:
-    """A record, from ``store`` if it is there, since a measurement may be cut."""
-    try:
-        found: Record = json.loads(store.get(name))
-    except InputError:
-        found = make()
-        store.put(name, json.dumps(found).encode())
-    return found
 
 
 def share(noticed: int, of: int) -> str:
@@ -95,15 +83,13 @@ def measure(quick: bool) -> Measured:
         cores = [of_core(configurations[number], QUICK_COUNT, True) for number in QUICK_DRAWN]
         return judged(cores, [], QUICK_AIM)
     key = replace(LINE, title="", target="").key(False)
-    store = Store(cache_directory() / f"mutants-{key}", key)
-    store.create()
     with ThreadPoolExecutor(WORKERS) as pool:
         tests = [
-            pool.submit(kept, store, f"source{number}", partial(of_source, number, *one))
+            pool.submit(kept, f"mutants-source{number}", key, partial(of_source, number, *one))
             for number, one in enumerate(python.mutants())
         ]
         words = [
-            pool.submit(kept, store, f"core{number}", partial(of_core, configurations[number], COUNT, False))
+            pool.submit(kept, f"mutants-core{number}", key, partial(of_core, configurations[number], COUNT, False))
             for number in DRAWN
         ]
         return judged([one.result() for one in words], [one.result() for one in tests], RTL_AIM)

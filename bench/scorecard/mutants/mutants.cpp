@@ -13,73 +13,30 @@ static const int cuts = 6, seconds = 60;  // resets amid frames; of CPU time, fo
 static std::vector<Frame> frames;
 static std::vector<unsigned> coefficients;
 
-template <typename Item> static std::vector<Item> items(const char *name)
-{
-    std::vector<Item> found;
-    Item item;
-    if (FILE *file = std::fopen(name, "rb")) {
-        while (std::fread(&item, sizeof item, 1, file) == 1)
-            found.push_back(item);
-        std::fclose(file);
-    }
-    return found;
-}
-
 // Whether a word is wrong, missing or too many in so many cycles after a reset; all frames are sent without a limit.
 static bool wrong(Ports &ports, Random &random, i64 cycles)
 {
-    const std::vector<CODE> none(TAXELS);
-    Stalls in{{random.next()}}, out{{random.next()}};
-    size_t sending = 0, due = 0, place = 0;
-    int beat = 0;
-    bool holding = false, waiting = false;
-    u64 waited = 0;
-    i64 quiet = 0, drained = 0;
-    ports.offer(false, none.data(), 0, 0);
-    ports.take(false);
-    ports.reset(1);
-    for (int cycle = 0; cycle < 4; cycle++) {
-        ports.clock(0);
-        ports.clock(1);
-    }
-    ports.reset(0);
+    Exchange exchange{{{random.next()}}, {{random.next()}}};
+    size_t sending = 0, due = 0;
+    i64 drained = 0;
+    reset(ports);
     ports.begin(coefficients);
     for (i64 cycle = 0; drained < 256 && (!cycles || cycle < cycles); cycle++) {
-        if (sending % 64 == 0 && beat == 0) {
-            in.choose();
-            out.choose();
+        if (sending % 64 == 0 && exchange.beat == 0) {
+            exchange.in.choose();
+            exchange.out.choose();
         }
-        const bool left = sending < frames.size(), offered = left && (holding || !in.now());
-        const bool begun = due < sending + left, ready = !begun || !out.now();
-        ports.offer(offered, left ? frames[sending].codes.data() : none.data(), beat, (i64)sending);
-        ports.take(ready);
-        ports.clock(0);
-        const bool valid = ports.valid(), taken = offered && ports.ready(), moved = valid && ready;
-        const u64 word = valid ? ports.word() : 0;
-        if ((waiting && (!valid || word != waited)) || (valid && !begun))
+        const bool left = sending < frames.size(), begun = due < sending + left;
+        const size_t place = exchange.place;
+        if (exchange.cycle(ports, left ? &frames[sending] : nullptr, begun ? &frames[due] : nullptr))
             return true;
-        if (moved) {
-            const std::vector<u64> &words = frames[due].words;
-            const size_t record = Ports::head + RECORD_WORDS;
-            if (word != words[place] || ports.last() != (place % record == record - 1))
-                return true;
-            if (++place == words.size()) {
-                place = 0;
-                due++;
-            }
-        }
-        ports.clock(1);
-        holding = offered && !taken;
-        waiting = valid && !ready;
-        waited = word;
-        quiet = taken || moved ? 0 : quiet + 1;
+        if (exchange.moved && exchange.word != frames[due].words[place])
+            return true;
+        due += exchange.ended;
+        sending += exchange.sent;
         drained = begun ? 0 : drained + 1;
-        if (begun && quiet > PATIENCE)
+        if (begun && exchange.quiet > PATIENCE)
             return true;
-        if (taken && ++beat == Ports::beats) {
-            beat = 0;
-            sending++;
-        }
     }
     return false;
 }
@@ -97,10 +54,8 @@ static bool noticed(int mutant, u64 seed)
 
 int main(int count, char **arguments)
 {
-    void *library = dlopen(arguments[1], RTLD_NOW);
-    if (!library)
-        return std::fprintf(stderr, "%s\n", dlerror()), 2;
-    run = (Run)dlsym(library, "run");
+    if (!load(arguments[1]))
+        return 2;
     const u64 seed = std::strtoull(arguments[2], nullptr, 10);
     const std::vector<int> given = items<int>(arguments[4]);
     const i64 directed = (i64)given.size() / TAXELS, all = directed + std::atoll(arguments[3]);

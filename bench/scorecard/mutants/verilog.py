@@ -1,17 +1,16 @@
 """Mutants of a core's netlist by yosys: an input selects one, whose words are compared with those of the core in C."""
 
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 from amaranth.back import rtlil
 
 from bench.scorecard.mutants import equivalent
-from bench.scorecard.words.harness import Configuration, built
+from bench.scorecard.words.harness import Configuration, built, ran
 from bench.scorecard.words.measure import directed
 from tfra.codegen.verilog.emit import Top, run_yosys
 from tfra.hdl.cores import microarchitecture
-from tfra.runtime.processes import ToolError, complaint
+from tfra.runtime.processes import ToolError
 
 SOURCE = Path(__file__).with_name("mutants.cpp")
 SEED, SELECT = 1, 12
@@ -94,13 +93,11 @@ class Mutants:
 
         Raises ``ToolError`` where the original itself does not.
         """
-        numbers = [str(number) for number in (0, *(one.number for one in mutants))]
-        command = [str(self._program), "./core.so", str(SEED), str(cycles // self._interval), "given", *numbers]
-        done = subprocess.run(command, cwd=self._program.parents[1], capture_output=True, text=True, check=False)
-        found = set(done.stdout.split())
-        if done.returncode or "0" not in found:
-            raise ToolError(complaint("mutants", done.returncode, done.stderr or "the original's words are wrong"))
-        return [one for one in mutants if str(one.number) in found]
+        numbers, frames = [0, *(one.number for one in mutants)], cycles // self._interval
+        found = {*map(int, ran(self._program, "./core.so", SEED, frames, "given", *numbers).split())}
+        if 0 not in found:
+            raise ToolError("mutants: the original's words are wrong")
+        return [one for one in mutants if one.number in found]
 
     def unproven(self, mutants: list[Mutant]) -> list[Mutant]:
         """Those that are not proven to be equivalent to the original."""

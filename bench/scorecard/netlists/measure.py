@@ -77,6 +77,6 @@ LINE = Line(
     " maps memories and products to cells; what a word is that is read"
     " while it is written; products of the iCE40 with registers inside; registers and copies that move after yosys"
     " (ECP5). Gates with all of this are simulated for a frame each.",
-    (*GATEWARE, "sim", "synth", "bench/parts/axi_cost.py", "bench/scorecard/netlists"),
+    (*GATEWARE, "sim", "synth", "bench/parts/axi_cost.py", "bench/scorecard/aig.py", "bench/scorecard/netlists"),
     measure,
 )

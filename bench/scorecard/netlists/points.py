@@ -9,7 +9,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from bench.scorecard.netlists.aig import FALSE, TRUE, Graph
+from bench.scorecard.aig import FALSE, TRUE, Graph
 
 Bit = int | str
 Cell = dict[str, Any]

@@ -78,14 +78,7 @@ static void restore(const State &state)
 
 static void restart()
 {
-    ports.offer(false, frame(0).codes.data(), 0, 0);
-    ports.take(false);
-    ports.reset(1);
-    for (int cycle = 0; cycle < 4; cycle++) {
-        ports.clock(0);
-        ports.clock(1);
-    }
-    ports.reset(0);
+    reset(ports);
 #if PER_BEAT
     ports.write(0x4c, 1);                         // INTERRUPT_ENABLE.error
     ports.write(0x54, (unsigned)(patience / 2));  // FRAME_TIMEOUT
@@ -167,19 +160,15 @@ static Upset observe(const Streams &golden, const Bit &flip)
 
 int main(int, char **arguments)
 {
-    void *library = dlopen(arguments[1], RTLD_NOW);
-    if (!library)
-        return std::fprintf(stderr, "%s\n", dlerror()), 2;
-    run = (Run)dlsym(library, "run");
+    if (!load(arguments[1]))
+        return 2;
     Random random{drawing.state = std::strtoull(arguments[2], nullptr, 10)};
     const i64 upsets = std::atoll(arguments[3]);
     interval = std::atoll(arguments[4]);
     latency = std::atoll(arguments[5]);
     warnings = std::strtoull(arguments[6], nullptr, 10);
     patience = 1000 + 8 * (interval + latency);
-    if (FILE *file = std::fopen("coefficients", "rb"))
-        for (unsigned word; std::fread(&word, sizeof word, 1, file);)
-            coefficients.push_back(word);
+    coefficients = items<unsigned>("coefficients");
     find();
     restart();
     Streams golden;

@@ -1,7 +1,6 @@
 """Line 7: single bits of registers and memories flipped in the running core, and what comes of it."""
 
 import re
-import subprocess
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -12,14 +11,13 @@ from typing import Any
 
 from bench.exactness.designs import core, untrained
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
-from bench.scorecard.words.harness import Configuration, built
+from bench.scorecard.words.harness import Configuration, built, ran
 from tfra.families.hierarchy import block_of
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
-from tfra.runtime.processes import ToolError, complaint
 from tfra.study.errors.statistics import rate
 
 SEED, QUICK_UPSETS, LEAST = 1, 3000, 100_000
@@ -110,11 +108,7 @@ def run(configuration: Configuration, upsets: int, folder: Path, texts: Mapping[
     program = built(configuration, folder, SOURCE, texts, options=["--vpi"])
     of = microarchitecture(configuration.design)
     numbers = SEED, upsets, of.initiation_interval, of.frame_latency, int(WARNINGS)
-    command = [str(program), "./core.so", *map(str, numbers)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise ToolError(complaint("the harness", done.returncode, done.stderr))
-    return parsed(done.stdout)
+    return parsed(ran(program, "./core.so", *numbers))
 
 
 def configurations(quick: bool) -> Iterator[Configuration]:

@@ -203,3 +203,81 @@ static void expect(Frame &frame)
             frame.words.push_back((u64)words[place] & mask);
     }
 }
+
+// The core in C; whether its library is there.
+static bool load(const char *library)
+{
+    void *opened = dlopen(library, RTLD_NOW);
+    if (!opened)
+        std::fprintf(stderr, "%s\n", dlerror());
+    else
+        run = (Run)dlsym(opened, "run");
+    return opened;
+}
+
+// All items of a file; none if it is not there.
+template <typename Item> static std::vector<Item> items(const char *name)
+{
+    std::vector<Item> found;
+    Item item;
+    if (FILE *file = std::fopen(name, "rb")) {
+        while (std::fread(&item, sizeof item, 1, file) == 1)
+            found.push_back(item);
+        std::fclose(file);
+    }
+    return found;
+}
+
+static const std::vector<CODE> none(TAXELS);
+
+static void reset(Ports &ports)
+{
+    ports.offer(false, none.data(), 0, 0);
+    ports.take(false);
+    ports.reset(1);
+    for (int cycle = 0; cycle < 4; cycle++) {
+        ports.clock(0);
+        ports.clock(1);
+    }
+    ports.reset(0);
+}
+
+// Both streams of a core between two cycles.
+struct Exchange {
+    Stalls in, out;
+    int beat = 0;      // of the frame that is sent
+    size_t place = 0;  // of the next word, in the frame that is due
+    i64 quiet = 0;     // cycles without a transfer
+    u64 word = 0;
+    bool holding = false, waiting = false;
+    bool sent = false, moved = false, ended = false;  // in the last cycle: a frame, a word, all words of a frame
+
+    // A cycle, in which `sending` is offered and a word of `due` expected; null: there is none.  Returns how often a rule
+    // of the streams was broken.
+    int cycle(Ports &ports, const Frame *sending, const Frame *due)
+    {
+        const size_t record = Ports::head + RECORD_WORDS;
+        const bool offered = sending && (holding || !in.now()), ready = !due || !out.now();
+        ports.offer(offered, sending ? sending->codes.data() : none.data(), beat, sending ? sending->number : 0);
+        ports.take(ready);
+        ports.clock(0);
+        const bool valid = ports.valid(), taken = offered && ports.ready(), last = valid && ports.last();
+        const u64 waited = word;
+        word = valid ? ports.word() : 0;
+        int broken = (waiting && (!valid || word != waited)) + (valid && !due);
+        ports.clock(1);
+        holding = offered && !taken;
+        waiting = valid && !ready;
+        moved = valid && ready && due;
+        quiet = taken || (valid && ready) ? 0 : quiet + 1;
+        beat += taken;
+        sent = beat == Ports::beats;
+        beat = sent ? 0 : beat;
+        if (moved)
+            broken += last != (place % record == record - 1);
+        place += moved;
+        ended = moved && place == due->words.size();
+        place = ended ? 0 : place;
+        return broken;
+    }
+};

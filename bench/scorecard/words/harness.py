@@ -152,6 +152,15 @@ def built(
     return folder / "made" / "harness"
 
 
+def ran(program: Path, *arguments: object) -> str:
+    """What a ``program`` of :func:`built` prints, run in its folder; raises ``ToolError`` where it fails."""
+    command = [str(program), *map(str, arguments)]
+    done = subprocess.run(command, cwd=program.parents[1], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise ToolError(complaint(program.name, done.returncode, done.stderr))
+    return done.stdout
+
+
 class Harness:
     """The program ``harness.cpp`` for a ``configuration`` in an empty ``folder``; the rest is that of :func:`built`."""
 
@@ -162,11 +171,7 @@ class Harness:
     def run(self, given: Ints, frames: int, seed: int) -> Outcome:
         """Send the codes ``given (n, rows, columns)``, then so many random ``frames``."""
         (self.folder / "given").write_bytes(given.astype("<i4").tobytes())
-        command = [str(self._program), "./core.so", str(seed), str(frames), "given", "sample"]
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise ToolError(complaint("the harness", done.returncode, done.stderr))
-        counts = json.loads(done.stdout)
+        counts = json.loads(ran(self._program, "./core.so", seed, frames, "given", "sample"))
         codes, words = self._sample((self.folder / "sample").read_bytes())
         return Outcome(counts, codes, words)
 

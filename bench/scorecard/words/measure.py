@@ -1,6 +1,5 @@
 """Line 1: words of the Verilog against those of the model, by the million."""
 
-import json
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from hypothesis.errors import NoSuchExample
 from bench.exactness.designs import core
 from bench.scorecard import words
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
+from bench.scorecard.record import kept
 from bench.scorecard.words.drawn import drawn, presets
 from bench.scorecard.words.harness import SOURCE, Configuration, Harness, Outcome, replayed
 from tfra import model
@@ -22,7 +22,6 @@ from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.skin.scenes import recorded
 from tfra.model.skin.skin import Skin
 from tfra.runtime.digest import digest, sources
-from tfra.runtime.store import cache_directory, cached
 from tfra.sim.compiled import library
 from tfra.sim.compiled_skin import skin_library
 from tfra.sim.run import simulate
@@ -66,16 +65,13 @@ def shrunk(harness: Harness, codes: Ints) -> Ints | None:
         return None
 
 
-def kept(configuration: Configuration, cycles: int) -> dict[str, Any]:
-    """The record of a configuration, from the cache while nothing that decides it has changed."""
+def record(configuration: Configuration, cycles: int) -> dict[str, Any]:
+    """That of a configuration, from the cache while nothing that decides it has changed."""
     array = configuration.array
     made = skin_library(array) if isinstance(array, Skin) else library(array)
     harness = (file.read_text() for file in sorted(SOURCE.parent.glob("*.[ch]*")))
     key = digest(str(cycles), *configuration.texts.values(), made.hex(), *harness, *sources(model, words))
-    place = cache_directory() / f"words-{array.name}-{key}"
-    files = cached(place, lambda: {"record.json": json.dumps(compared(configuration, cycles)).encode()})
-    found: dict[str, Any] = json.loads(files["record.json"])
-    return found
+    return kept(f"words-{array.name}", key, lambda: compared(configuration, cycles))
 
 
 def compared(configuration: Configuration, cycles: int) -> dict[str, Any]:
@@ -131,7 +127,7 @@ def measure(quick: bool) -> Measured:
     count, cycles = (QUICK_COUNT, QUICK_CYCLES) if quick else (COUNT, CYCLES)
     records = []
     for configuration in (*drawn(count, SEED), *(() if quick else presets())):
-        records.append(kept(configuration, cycles))
+        records.append(record(configuration, cycles))
         progress("{name}: {array} {estimator}, {core}{axi:.>13}: {words:,} words".format(**records[-1]))
     bad = [record["name"] for record in records if wrong_words(record)]
     total, wrong = sum(record["words"] for record in records), sum(map(wrong_words, records))

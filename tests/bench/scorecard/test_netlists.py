@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bench.scorecard.netlists.aig import FALSE, TRUE, Graph
+from bench.scorecard.aig import FALSE, TRUE, Graph
 from bench.scorecard.netlists.points import Points, Side
 from bench.scorecard.netlists.proof import Verdict, snapshots, verdict
 

@@ -1,7 +1,11 @@
 """An and-inverter graph: literals are numbers, an odd one is the inverse of the even one below it; 0 is false."""
 
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from time import monotonic
 
 from tfra.codegen.verilog.emit import run_yosys
 
@@ -15,19 +19,20 @@ _SCRIPT = "&read points.aig\n&fraig -C {conflicts}\n&write proven.aig\n"
 CONFLICTS = 20_000
 """Of the solver, after which it gives a pair of nodes up."""
 
+Pair = tuple[int, int]
+
 
 class Graph:
     """Two-input ands with shared structure; inputs are nodes without operands."""
 
     def __init__(self) -> None:
-        self._nodes = 0
-        self._made: dict[tuple[int, int], int] = {}
-        self._operands: dict[int, tuple[int, int]] = {}
+        self._operands: list[Pair | None] = [None]
+        self._made: dict[Pair, int] = {}
 
     def input(self) -> int:
         """The literal of a new input."""
-        self._nodes += 1
-        return 2 * self._nodes
+        self._operands.append(None)
+        return 2 * len(self._operands) - 2
 
     def both(self, a: int, b: int) -> int:
         """The literal of "a and b"."""
@@ -37,8 +42,8 @@ class Graph:
         if low in (TRUE, high):
             return high
         if (low, high) not in self._made:
-            self._made[low, high] = made = self.input()
-            self._operands[made] = low, high
+            self._made[low, high] = 2 * len(self._operands)
+            self._operands.append((low, high))
         return self._made[low, high]
 
     def differ(self, a: int, b: int) -> int:
@@ -62,6 +67,36 @@ class Graph:
             proven = {literal for literal, said in zip(left, rest, strict=False) if said == b"0"}
         return [literal == FALSE or literal in proven for literal in literals]
 
+    def different(self, pairs: Sequence[Pair], end: float) -> list[int]:
+        """Places of those of ``pairs`` whose literals differ at once in some case; none if no pair ever differs.
+
+        Raises ``TimeoutExpired`` at the time ``end``.
+        """
+        if not pairs:
+            return []
+        clauses = ["-1 0"]
+        some = range(len(self._operands) + 1, len(self._operands) + 1 + len(pairs))
+        for number, pair in zip(some, pairs, strict=True):
+            x, y = map(_number, pair)
+            clauses += [f"-{number} {x} {y} 0", f"-{number} {-x} {-y} 0"]
+        clauses.append(" ".join(map(str, [*some, 0])))
+        for node in self._cones(literal for pair in pairs for literal in pair)[1]:
+            made, a, b = map(_number, (node, *self._sides(node)))
+            clauses += [f"-{made} {a} 0", f"-{made} {b} 0", f"{made} {-a} {-b} 0"]
+        with tempfile.NamedTemporaryFile("w", suffix=".cnf") as file:
+            file.write(f"p cnf {some.stop - 1} {len(clauses)}\n" + "\n".join(clauses) + "\n")
+            file.flush()
+            command = [str(Path(sys.executable).with_name("yices-sat")), "-m", file.name]
+            left = max(0, end - monotonic())
+            done = subprocess.run(command, capture_output=True, text=True, timeout=left, check=True)
+        true = {int(word) for word in done.stdout.split()[1:]}  # nothing after "unsat"
+        values = [[(number > 0) == (abs(number) in true) for number in map(_number, pair)] for pair in pairs]
+        return [place for place, (one, other) in enumerate(values) if true and one != other]
+
+    def _sides(self, node: int) -> Pair | tuple[()]:
+        """Operands of an and; none of an input."""
+        return self._operands[node >> 1] or ()
+
     def _aiger(self, outputs: Iterable[int]) -> bytes:
         """The cones of ``outputs`` in AIGER's binary format."""
         outputs = list(outputs)
@@ -74,7 +109,7 @@ class Graph:
         head = f"aig {len(numbers) - 1} {len(inputs)} 0 {len(outputs)} {len(ands)}\n"
         text = bytearray((head + "".join(f"{number(output)}\n" for output in outputs)).encode())
         for node in ands:
-            low, high = sorted(number(operand) for operand in self._operands[node])
+            low, high = sorted(number(operand) for operand in self._sides(node))
             for difference in (numbers[node] - high, high - low):
                 while difference > 127:
                     text.append(difference & 127 | 128)
@@ -92,9 +127,14 @@ class Graph:
                 ands.append(node)
             elif node not in seen:
                 seen.add(node)
-                if node in self._operands:
+                if sides := self._sides(node):
                     waiting.append((node, True))
-                    waiting += [(operand & ~1, False) for operand in self._operands[node]]
+                    waiting += [(operand & ~1, False) for operand in sides]
                 else:
                     inputs.append(node)
         return inputs, ands
+
+
+def _number(literal: int) -> int:
+    """A literal in DIMACS, where variables are counted from 1."""
+    return (-1 if literal & 1 else 1) * ((literal >> 1) + 1)
