@@ -113,7 +113,7 @@ LINE = Line(
     f"Verilog and bins 100 %, Python {PYTHON} %, waivers named",
     "places of a block with the same condition, numbers aside, are one branch, over all instances and configurations;"
     " conditions without a signal are left out. Of the bins, only core × stalls of both ports and core × phase of a"
-    " reset are crossed. Four pairs of status bits that no frame was found to show are not declared. Registers and the"
+    " reset are crossed. Three pairs of status bits that no frame was found to show are not declared. Registers and the"
     " front end behind AXI are waived here; their own tests reach them. Python is measured by"
     " `python -m bench.scorecard.coverage.python` before.",
     (*dict.fromkeys((*GATEWARE, *python.ROOMS)), "bench/scorecard/words", "bench/scorecard/coverage", "tests"),

@@ -34,6 +34,7 @@ write_aiger -ascii -zinit -map symbols mutants.aag
 """
 """Yosys' commands that make ``mutants.aag`` and ``symbols`` of a flat netlist."""
 
+
 @dataclass(frozen=True)
 class Netlist:
     """An and-inverter graph.  A literal is twice a variable, plus one if inverted; variable 0 is false.

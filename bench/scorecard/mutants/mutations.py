@@ -62,9 +62,9 @@ def mutations(text: str) -> list[Mutation]:
 
 
 def _expressions(node: ast.AST) -> Iterator[ast.expr]:
-    """The expressions in ``node``, except in what only people or type checkers read."""
+    """The expressions in ``node``, except in what only people, type checkers or the start of a script read."""
     match node:
-        case ast.Raise() | ast.Assert() | ast.JoinedStr():
+        case ast.Raise() | ast.Assert() | ast.JoinedStr() | ast.Compare(left=ast.Name(id="__name__")):
             return
         case ast.keyword(arg=name) if name in LABELS:
             return

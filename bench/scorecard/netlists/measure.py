@@ -2,6 +2,8 @@
 
 import tempfile
 from collections import Counter
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ from bench.parts.axi_cost import PRESETS
 from bench.publish import ROOT
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
 from bench.scorecard.netlists.proof import snapshots, verdict
+from bench.scorecard.record import kept
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.emit import to_verilog
 from tfra.families import FAMILIES
@@ -53,13 +56,17 @@ def simulated(design: Design, frames: int) -> dict[str, int]:
     return {"cycles": ran.cycles, "words": ran.compared, "differ": ran.mismatches}
 
 
+def record(name: str, frames: int) -> dict[str, Any]:
+    """That of a preset: of the proof, and of so many frames through gates."""
+    design = load(ROOT / "examples" / f"{name}.toml").design
+    return {**proven(design), **(simulated(design, frames) if frames else {"cycles": 0, "words": 0, "differ": 0})}
+
+
 def measure(quick: bool) -> Measured:
-    """All presets, or the proof of one."""
-    records = {}
+    """All presets, or the proof of one; what was judged is kept until a source changes."""
+    key, records, frames = replace(LINE, title="", target="").key(quick), {}, 0 if quick else 1
     for name in QUICK if quick else PRESETS:
-        design = load(ROOT / "examples" / f"{name}.toml").design
-        nothing = {"cycles": 0, "words": 0, "differ": 0}
-        records[name] = one = {**proven(design), **(nothing if quick else simulated(design, 1))}
+        records[name] = one = kept(f"netlist-{name}", key, partial(record, name, frames))
         progress("{0}: {unproven} of {points} points not proven, {differ} of {words} words".format(name, **one))
     points, unproven, words, differ = (
         sum(one[key] for one in records.values()) for key in ("points", "unproven", "words", "differ")

@@ -32,6 +32,7 @@ from bench.scorecard.mutants.python import Copy, nearest, sources
         ('"""1 + 1"""', []),
         ("def f(a: Literal[1] | None = None) -> int | None: ...", []),
         ("raise ValueError(a + 1)", []),
+        ("if __name__ == '__main__':\n    main()", []),
         ("assert a == 1", []),
         ("a = Signal(name='a' + str(1))", []),
         ("a = f'{b + 1}'", []),

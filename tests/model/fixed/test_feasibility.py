@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tfra.model.fixed.tfra.design
 from tfra.model.boussinesq import boussinesq
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.feasibility import AccuracyEstimate, accuracy_estimate, advice, fits
@@ -36,6 +37,13 @@ def test_what_fits_needs_no_advice(name: str) -> None:
 def test_sometimes_nothing_helps() -> None:
     """A cover ten times as thick as the pitch."""
     assert advice(replace(DENSE, sensor=replace(DENSE.sensor, thickness=20e-3))) == ""
+
+
+def test_the_condition_of_a_large_array_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tfra.model.fixed.tfra.design, "MOST_TAXELS", DESIGN.sensor.taxels)
+    assert DESIGN.condition
+    monkeypatch.setattr(tfra.model.fixed.tfra.design, "MOST_TAXELS", DESIGN.sensor.taxels - 1)
+    assert DESIGN.condition is None
 
 
 def test_a_benign_sensor() -> None:

@@ -1,11 +1,14 @@
 """Tracks against the best of all assignments, and what a track is by the letter."""
 
 from itertools import permutations
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tfra.model.skin.result import SkinResult
 from tfra.model.skin.tracking import Tracker, tracks
 
 
@@ -29,6 +32,14 @@ def test_frames_without_contacts_are_counted() -> None:
     places = np.array([[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]])
     assert tracks(np.array([0, 1, 1, 0, 1, 0]), places, 2.0).tolist() == [0, 0, 1]
     assert tracks(np.array([0, 0]), np.empty((0, 2)), 2.0).tolist() == []
+
+
+def test_a_contact_is_followed_over_two_pitches_unless_told_otherwise() -> None:
+    places: Any = SimpleNamespace(x=np.array([0.0, 5.9]), y=np.array([0.0, 0.0]), found=np.array([1, 1]), pitch=3.0)
+    assert SkinResult.tracks(places).tolist() == [0, 0]
+    assert SkinResult.tracks(places, 5.8).tolist() == [0, 1]
+    places.pitch = 2.9
+    assert SkinResult.tracks(places).tolist() == [0, 1]
 
 
 _PLACES = st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), max_size=4, unique=True)
