@@ -80,9 +80,9 @@ LINE = Line(
     2,
     "words of the netlist of each preset equal those of its Verilog: proven, and simulated",
     "every preset: all points proven, 0 words differ",
-    "the proof abstracts multipliers and block memories as cells that answer alike. Not proven: how yosys"
-    " maps memories and products to cells; what a word is that is read"
-    " while it is written; products of the iCE40 with registers inside; registers and copies that move after yosys"
+    "the proof abstracts multipliers and block memories as cells that answer alike. Not proven: how yosys maps memories"
+    " and products to cells; what a word is that is read while it is written or behind the last of several blocks; that"
+    " the register in a multiplier of the iCE40 is one behind its product; registers and copies that move after yosys"
     " (ECP5). Gates with all of this are simulated for a frame each.",
     (*GATEWARE, "sim", "synth", "bench/parts/axi_cost.py", "bench/scorecard/aig.py", "bench/scorecard/netlists"),
     measure,

@@ -237,7 +237,9 @@ def _group(first: Node, links: Mapping[Node, list[Link]], seen: set[Node]) -> li
 
 
 def _nature(cell: Cell) -> tuple[str, Any]:
-    unused = ("RD_CLK_POLARITY",) if cell["type"] == "$mem_v2" else ()  # of ports without a clock
+    """Type and parameters, without those that change nothing: of ports without a clock, and of the ECP5's global reset,
+    which no core has."""
+    unused = ("RD_CLK_POLARITY",) if cell["type"] == "$mem_v2" else ("GSR",)
     return cell["type"], {name: value for name, value in cell["parameters"].items() if name not in unused}
 
 

@@ -9,6 +9,14 @@ from typing import Any
 from bench.scorecard.netlists.points import Points, Side
 from tfra.codegen.verilog.emit import run_yosys
 
+_PACKED = "sb_mac16.v"
+_PRODUCT = """\
+(* blackbox *)
+module product #(parameter A_SIGNED = 0, B_SIGNED = 0) (input [15:0] A, B, output [31:0] Y);
+endmodule
+"""
+"""The abstract product in a multiplier of the iCE40, which :data:`_PACKED` takes out of what is packed around it."""
+
 _PRODUCTS = (
     "wreduce t:$mul; techmap -map +/mul2dsp.v{more} -D DSP_A_MAXWIDTH={width} -D DSP_B_MAXWIDTH={width}"
     " -D DSP_A_MINWIDTH=2 -D DSP_B_MINWIDTH=2 {least} -D DSP_NAME=$__MUL{width}X{width}"
@@ -19,11 +27,13 @@ _PRODUCTS = (
 class Flow:
     """How a family's cells are read: yosys' commands.
 
-    ``products`` makes multipliers of products as its synthesis does, ``cells`` are those with a model of their logic.
+    ``products`` makes multipliers of products as its synthesis does, ``unpack`` frees them of registers and adders,
+    ``cells`` are those with a model of their logic.
     """
 
     library: str
     products: str
+    unpack: str
     cells: str
     models: str
     unwrap: str
@@ -33,15 +43,17 @@ FLOWS = {
     "ecp5": Flow(
         "read_verilog -lib +/ecp5/cells_sim.v +/ecp5/cells_bb.v",
         _PRODUCTS.format(more="", width=18, least="") + "; techmap -map +/lattice/dsp_map_18x18.v",
+        "",
         "t:LUT4 t:CCU2C t:PFUMX t:L6MUX21 t:TRELLIS_FF",
         "+/ecp5/cells_sim.v",
         "",
     ),
     "ice40": Flow(
-        "read_verilog -lib +/ice40/cells_sim.v",
+        "read_verilog -lib +/ice40/cells_sim.v product.v",
         "opt_expr; opt_clean; opt -nodffe -nosdff; "
         + _PRODUCTS.format(more=" -map +/ice40/dsp_map.v", width=16, least="-D DSP_Y_MINWIDTH=11")
-        + "; setattr -unset mul2dsp a:mul2dsp; opt_expr -fine; wreduce; ice40_dsp; chtype -set $mul t:$__soft_mul",
+        + "; setattr -unset mul2dsp a:mul2dsp; opt_expr -fine; wreduce; chtype -set $mul t:$__soft_mul",
+        f"techmap -autoproc -map {_PACKED} t:SB_MAC16;",
         "t:SB_LUT4 t:SB_CARRY t:SB_DFF*",
         "+/ice40/cells_sim.v",
         "ice40_wrapcarry -unwrap;",
@@ -52,9 +64,10 @@ _LOGIC = "techmap; techmap; simplemap; dffunmap; opt_expr; aigmap; opt_clean"
 """Down to ands, inverters and registers."""
 
 _STEPS = {
-    "rtl": "memory_nordff; {logic}",
-    "words": "memory_nordff; {logic}",
-    "mapped": "memory_map; {logic}",
+    "rtl": "{unpack} memory_nordff; {logic}",
+    "words": "{unpack} memory_nordff; {logic}",
+    # What is read behind the last of several blocks is undefined; synthesis takes the word of another block then.
+    "mapped": "memory_map; bmuxmap; opt_expr -mux_undef; {logic}",
     "registers": "{unwrap} techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
     "gates": "techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
 }
@@ -83,6 +96,8 @@ def snapshots(verilog: str, top: str, family: str, synthesis: str, folder: Path)
     """
     flow = FLOWS[family]
     (folder / "core.v").write_text(verilog)
+    (folder / "product.v").write_text(_PRODUCT)
+    (folder / _PACKED).write_text(Path(__file__).with_name(_PACKED).read_text())
     run_yosys(
         f"read_verilog core.v; {flow.library}; hierarchy -top {top}; proc; flatten; opt_clean; {flow.products};"
         f" memory -nomap; opt_clean; select {top}; write_json -selected rtl.json",
