@@ -22,6 +22,23 @@ module small(input clk, input rst, input [3:0] a, output reg [5:0] total, output
 endmodule
 """
 
+PRODUCTS = """
+module products(input clk, input signed [15:0] a, b, input signed [29:0] c, input [10:0] place,
+                output signed [31:0] short, output signed [45:0] long, output reg [7:0] word);
+  reg signed [31:0] held = 0;
+  reg [7:0] memory [0:1535];
+  integer n;
+  initial for (n = 0; n < 1536; n = n + 1) memory[n] = 37 * n * n;
+  assign short = held;
+  assign long = b * c;
+  always @(posedge clk) begin
+    held <= a * b;
+    word <= memory[place];
+  end
+endmodule
+"""
+"""A product with its register, one of several multipliers and the adders in them, a memory of three blocks."""
+
 
 def test_graph() -> None:
     graph = Graph()
@@ -69,3 +86,19 @@ def test_one_changed_table_is_not_proven(family: str, tmp_path: Path) -> None:
     tables[0]["parameters"][name] = tables[0]["parameters"][name].translate(str.maketrans("01", "10"))
     assert verdict(netlists, "small", family, tmp_path).unproven
     assert isinstance(found, Verdict)
+
+
+@pytest.mark.long
+def test_what_multipliers_of_the_ice40_have_in_them(tmp_path: Path) -> None:
+    netlists = snapshots(PRODUCTS, "products", "ice40", "synth_ice40 -dsp -top products", tmp_path)
+    found = verdict(netlists, "products", "ice40", tmp_path)
+    assert (found.unproven, found.alone, found.unlinked) == ([], [], 0)
+    cells = netlists["words"]["modules"]["products"]["cells"].values()
+    products = [cell for cell in cells if cell["type"] == "SB_MAC16"]
+    for name in ("PIPELINE_16x16_MULT_REG1", "TOPOUTPUT_SELECT"):
+        values = {int(cell["parameters"][name], 2) for cell in products}
+        assert len(values) == 2
+    wrong = next(cell for cell in products if int(cell["parameters"]["PIPELINE_16x16_MULT_REG1"], 2))
+    wrong["parameters"] |= dict.fromkeys(("PIPELINE_16x16_MULT_REG1", "TOP_8x8_MULT_REG", "BOT_8x8_MULT_REG"), "0")
+    unproven = verdict(netlists, "products", "ice40", tmp_path).unproven
+    assert {name.partition("[")[0] for name in unproven} == {"rtl: output short"}
