@@ -19,8 +19,8 @@
 #              the prices of tfra size, fitted to syntheses of parallel and of serial cores
 # make axi_cost  what the wrapper costs, docs/ip.md
 # make scorecard
-#              every line of docs/scorecard.md whose sources have changed; make scorecard-quick measures less, in
-#              minutes, and writes nothing
+#              every line of docs/scorecard.md whose sources have changed; make scorecard-quick, a part of test-all,
+#              measures less, in minutes, and writes nothing
 # make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
 # make clean   forget everything that was made here, the environment included
@@ -52,6 +52,7 @@ test: $(READY) icarus chromium ghdl
 
 test-rest: $(READY) icarus chromium ghdl cross
 	$(PYTEST) -m long
+	$(VENV)/bin/python -m bench.scorecard.run --quick
 
 test-all: test test-rest
 
