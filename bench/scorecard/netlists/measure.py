@@ -25,6 +25,8 @@ from tfra.synth.gates import synthesised
 SEED, NAMES = 1, 100
 """Of frames and stalls; how many names of points that are not proven are kept."""
 QUICK = ("learned_small",)
+SIMULATED = (*GATEWARE, "sim", "synth")
+"""Sources that decide what gates do."""
 
 
 def proven(design: Design) -> dict[str, Any]:
@@ -56,17 +58,16 @@ def simulated(design: Design, frames: int) -> dict[str, int]:
     return {"cycles": ran.cycles, "words": ran.compared, "differ": ran.mismatches}
 
 
-def record(name: str, frames: int) -> dict[str, Any]:
-    """That of a preset: of the proof, and of so many frames through gates."""
-    design = load(ROOT / "examples" / f"{name}.toml").design
-    return {**proven(design), **(simulated(design, frames) if frames else {"cycles": 0, "words": 0, "differ": 0})}
-
-
 def measure(quick: bool) -> Measured:
-    """All presets, or the proof of one; what was judged is kept until a source changes."""
-    key, records, frames = replace(LINE, title="", target="").key(quick), {}, 0 if quick else 1
+    """All presets, or the proof of one; what was judged is kept until a source of it changes."""
+    line, records = replace(LINE, title="", target=""), {}
+    proof, gates = line.key(quick), replace(line, sources=SIMULATED).key(quick)
     for name in QUICK if quick else PRESETS:
-        records[name] = one = kept(f"netlist-{name}", key, partial(record, name, frames))
+        design = load(ROOT / "examples" / f"{name}.toml").design
+        ran = {"cycles": 0, "words": 0, "differ": 0}
+        if not quick:
+            ran = kept(f"gates-{name}", gates, partial(simulated, design, 1))
+        records[name] = one = {**kept(f"netlist-{name}", proof, partial(proven, design)), **ran}
         progress("{0}: {unproven} of {points} points not proven, {differ} of {words} words".format(name, **one))
     points, unproven, words, differ = (
         sum(one[key] for one in records.values()) for key in ("points", "unproven", "words", "differ")
@@ -84,6 +85,6 @@ LINE = Line(
     " and products to cells; what a word is that is read while it is written or behind the last of several blocks; that"
     " the register in a multiplier of the iCE40 is one behind its product; registers and copies that move after yosys"
     " (ECP5). Gates with all of this are simulated for a frame each.",
-    (*GATEWARE, "sim", "synth", "bench/parts/axi_cost.py", "bench/scorecard/aig.py", "bench/scorecard/netlists"),
+    (*SIMULATED, "bench/parts/axi_cost.py", "bench/scorecard/aig.py", "bench/scorecard/netlists"),
     measure,
 )

@@ -67,7 +67,7 @@ _STEPS = {
     "rtl": "{unpack} memory_nordff; {logic}",
     "words": "{unpack} memory_nordff; {logic}",
     # What is read behind the last of several blocks is undefined; synthesis takes the word of another block then.
-    "mapped": "memory_map; bmuxmap; opt_expr -mux_undef; {logic}",
+    "mapped": "memory_map; simplemap; opt_expr -mux_undef; {logic}",
     "registers": "{unwrap} techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
     "gates": "techmap -wb -D EQUIV -autoproc -map {models} {cells}; {logic}",
 }
