@@ -52,7 +52,7 @@ test: $(READY) icarus chromium ghdl
 
 test-rest: $(READY) icarus chromium ghdl cross
 	$(PYTEST) -m long
-	$(VENV)/bin/python -m bench.scorecard.run --quick
+	$(MAKE) scorecard-quick
 
 test-all: test test-rest
 

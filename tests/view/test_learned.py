@@ -13,7 +13,7 @@ from tests.accessibility import faults
 from tests.browser import Browser, browser
 from tests.marks import long
 from tests.view.made import CONFIG, KEYS, NO_CONTACT, project, write
-from tests.view.test_live import curve, open_page, sending
+from tests.view.test_live import curve, open_page, sending, stopped
 from tests.view.test_page import WIDER, cells, choose, go, numbers, picture_of, show
 from tfra.model.arrays import Floats
 from tfra.model.choices import Search
@@ -218,7 +218,7 @@ def test_live_of_the_resultant_alone(tab: Browser, folder: Path, tmp_path: Path)
         assert not is_shown(tab, "#swept")
         sent.send(None)
         tab.until("document.getElementById('state').textContent.endsWith('has ended.')")
-        tab.until("play.textContent == 'Follow'")  # the curves are whole then
+        stopped(tab)
         assert curve(tab, "uncertainty") == pytest.approx([10, 40, 20])
         assert curve(tab, "residual") == [12.5] * 3
         go(tab, 1)

@@ -80,6 +80,11 @@ def curve(tab: Browser, name: str) -> list[float]:
     return list(tab.evaluate(f"{chart}.find(trace => trace.meta == '{name}').y.map(Number)"))
 
 
+def stopped(tab: Browser) -> None:
+    """Wait until the page follows no more; its curves are whole then."""
+    tab.until("play.textContent == 'Follow'")
+
+
 def open_page(tab: Browser, sent: Sent) -> None:
     tab.open(sent.address)
     tab.until("document.body.dataset.ready")
@@ -105,7 +110,7 @@ def test_it_waits_shows_what_comes_and_says_how_it_ended(tab: Browser, made: tup
         tab.until(f"document.getElementById('counts').textContent.startsWith('{counts}')")
         fault = tab.evaluate("document.getElementById('fault').textContent")
         assert fault == "Malformed lines: 1. The first: line 4: no."
-        tab.until("play.textContent == 'Follow'")  # the curves are whole then
+        stopped(tab)
         np.testing.assert_allclose(curve(tab, "mu"), expected.mu[:4], rtol=1e-6)
         fill(tab, "frame", 1, "input")
         np.testing.assert_allclose(numbers(tab, "mu"), expected.mu[1], rtol=6e-4)
@@ -147,12 +152,12 @@ def test_the_server_may_go_when_the_page_has_all(tab: Browser, made: tuple[Any, 
         drawn = sent.feed.counts["drawn"]
     sent.seen(tab, len(frames))
     assert state(tab) == "<b>here</b> has ended."
-    tab.until("play.textContent == 'Follow'")
+    stopped(tab)
     assert f", {drawn} drawn here." in tab.evaluate("document.getElementById('counts').textContent")
     fill(tab, "frame", 3, "input")
     np.testing.assert_allclose(numbers(tab, "mu"), Tfra.of(design)(frames).mu[3], rtol=6e-4)
     tab.evaluate("play.click()")
-    tab.until("play.textContent == 'Follow'")
+    stopped(tab)
     assert state(tab) == "<b>here</b> has ended."
 
 
@@ -220,7 +225,7 @@ def test_what_is_old_is_forgotten(tab: Browser, made: tuple[Any, Floats], monkey
                 sent.seen(tab, n + 1)
         sent.seen(tab, 300)
         sent.send(None)
-        tab.until("play.textContent == 'Follow'")
+        stopped(tab)
         shown = tab.evaluate("document.getElementById('frame').max")
         assert 30 < int(shown) < 70
         result = Tfra.of(design)(many)

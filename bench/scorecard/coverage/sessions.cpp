@@ -13,6 +13,7 @@ struct Sessions {
     Ports ports;
     Random random;
     std::vector<int> given;
+    std::vector<unsigned> coefficients;
     i64 stalled[PAIRS] = {}, after[PHASES] = {}, words = 0, differ = 0, broken = 0, missing = 0, cycles = 0, frames = 0;
 
     // A session after a reset in the phase `before`, which ends in the phase `end`, or when idle after so many frames.
@@ -27,7 +28,7 @@ struct Sessions {
         reset(ports);
         std::fill(state.begin(), state.end(), 0);
         records = 0;
-        ports.begin(items<unsigned>("coefficients"));
+        ports.begin(coefficients);
         while (drained < 256) {
             const int phase = exchange.place  ? WORDS_LEAVE
                               : exchange.beat ? TAXELS_COME
@@ -80,6 +81,7 @@ int main(int, char **arguments)
     static Sessions all;
     all.random.state = std::strtoull(arguments[2], nullptr, 10);
     all.given = items<int>(arguments[4]);
+    all.coefficients = items<unsigned>("coefficients");
     const i64 whole = (i64)all.given.size() / TAXELS + std::atoll(arguments[3]);
     for (int pair = 0; pair < PAIRS; pair++)
         all.session(IDLE, pair, IDLE, whole);

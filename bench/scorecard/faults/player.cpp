@@ -89,7 +89,7 @@ int main(int, char **arguments)
     const std::vector<int> script = items<int>(arguments[1]);
     Device device;
     device.answers = std::fopen(arguments[2], "wb");
-    if (!device.answers)
+    if (script.empty() || !device.answers)
         return 2;
     reset(device);
     for (const int *next = script.data(), *end = next + script.size(); next < end;) {

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 
 from bench.publish import ROOT
 from bench.scorecard.hostile import fuzz, sanitizers
-from bench.scorecard.hostile.readers import READERS
 from bench.scorecard.line import GATEWARE, Line, Measured, progress
 
 TESTS = {
@@ -58,6 +57,8 @@ def measure(quick: bool) -> Measured:
     progress("sanitizers")
     checked = sanitizers.campaign(*((QUICK_DESIGNS, QUICK_NOISE, 0) if quick else (DESIGNS, NOISE, SIMULATED)))
     progress("fuzzing")
+    from bench.scorecard.hostile.readers import READERS  # slow: half of the package, which no other line needs
+
     counts = {name: QUICK_INPUTS if quick else reader.count for name, reader in READERS.items()}
     fuzzed = (fuzz.brief if quick else fuzz.campaign)(counts)
     return judged(tests, checked, fuzzed, quick)
