@@ -15,7 +15,7 @@ from bench.scorecard import linters as lint
 from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design as learned
 from tfra.codegen.config.read import load
-from tfra.codegen.generate import generate
+from tfra.codegen.generate import BACKENDS, Backend, generate
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.verilog.emit import run_yosys, to_verilog
 from tfra.codegen.verilog.testbench import CONTACTS
@@ -254,3 +254,9 @@ def test_an_unwritable_place_leaves_nothing(tmp_path):
     with pytest.raises(ValueError, match="file"):
         generate(DESIGNS["even"], blocked / "core")
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_scripts_may_be_run_by_everybody(tmp_path, monkeypatch):
+    monkeypatch.setitem(BACKENDS, "scripts", Backend(lambda array: {f"{array.name}.json": "{}", "run.sh": "true\n"}))
+    generate(DESIGNS["even"], tmp_path / "core", backend="scripts")
+    assert (tmp_path / "core" / "run.sh").stat().st_mode & 0o777 == 0o755

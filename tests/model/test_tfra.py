@@ -135,3 +135,10 @@ def test_any_scale_gives_the_same_bits(exponent: int) -> None:
     np.testing.assert_array_equal(np.ldexp(scaled.resultant, -exponent), plain.resultant)
     for key in ("phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"):
         np.testing.assert_array_equal(getattr(scaled, key), getattr(plain, key))
+
+
+def test_nothing_is_divided_in_a_frame_at_rest() -> None:
+    tfra = Tfra(SensorArray(3, 4, 4e-3, 2e-3, 3e-3))
+    with np.errstate(all="raise"):
+        result = tfra(np.zeros((2, 3, 4)))
+    assert not result.forces.any()

@@ -16,7 +16,7 @@ from bench.scorecard.words.drawn import drawn, presets
 from bench.scorecard.words.harness import Configuration
 
 SEED = 1
-DRAWN, NAMES = (0, 1, 3, 8, 17, 18), ("small", "learned_small", "fingers_32x32")
+DRAWN, NAMES = (0, 1, 3, 8, 15, 17, 18, 24), ("small", "learned_small", "fingers_32x32")
 """Configurations of line 1: both estimators, parallel and serial, alone and behind AXI, a skin."""
 CYCLES, QUICK_CYCLES = 8_000_000, 300_000
 QUICK_DRAWN, QUICK_BINS = (3, 18), r"(stalls|reset): parallel .*|plateau: .*|status: learned, .* alone"
@@ -115,7 +115,8 @@ LINE = Line(
     " conditions without a signal are left out. Of the bins, only core × stalls of both ports and core × phase of a"
     " reset are crossed. Three pairs of status bits that no frame was found to show are not declared. Registers and the"
     " front end behind AXI are waived here; their own tests reach them. Python is measured by"
-    " `python -m bench.scorecard.coverage.python` before.",
+    " `python -m bench.scorecard.coverage.python` before, with `make test` and the long tests of verifications, studies"
+    " and syntheses.",
     (*dict.fromkeys((*GATEWARE, *python.ROOMS)), "bench/scorecard/words", "bench/scorecard/coverage", "tests"),
     measure,
 )

@@ -1,8 +1,8 @@
-"""Branches of the package's Python that the quick tests take.
+"""Branches of the package's Python that the tests take: the quick ones, and the long ones of a few files.
 
-``python -m bench.scorecard.coverage.python [TESTS ...]`` runs the tests that ``make test`` runs, or some of them, with
-both cores under coverage.py, and keeps the counts of each file in ``build/coverage/python.json``.  Exits with the
-tests' code; a run with failures is kept and told.
+``python -m bench.scorecard.coverage.python [TESTS ...]`` runs them, or only the quick ones of some files, with both
+cores under coverage.py, and keeps the counts of each file in ``build/coverage/python.json``.  Exits with the tests'
+code; a run with failures is kept and told.
 """
 
 import json
@@ -26,6 +26,14 @@ WAIVERS: dict[str, str] = {
     "codegen/package/templates/*": "is written into packages, whose tests run it there",
 }
 """Files, or folders, whose branches are not counted, and why."""
+
+LONG = (
+    "tests/cli/test_synth.py",
+    "tests/sim/test_verify.py",
+    "tests/sim/test_verify_skin.py",
+    "tests/study/test_run.py",
+)
+"""Files whose long tests run as well: no quick one verifies a core or a skin, or has a cluster."""
 
 UNABLE = ("tests/cli/test_entry.py::test_files_that_may_not_grow",)
 """Tests that are left out: files of coverage.py may not grow there, either."""
@@ -96,8 +104,10 @@ def measured(tests: list[str], result: Path) -> int:
             run = [sys.executable, "-m", "coverage", command[0], f"--rcfile={settings}", *command[1:]]
             return subprocess.run(run, cwd=ROOT, env=variables, check=False).returncode
 
-        options = ["-q", "-n", "2", "--dist", "worksteal", "-m", "not long", *(f"--deselect={test}" for test in UNABLE)]
-        code = coverage("run", "-m", "pytest", *options, *tests)
+        options = ["-q", "-n", "2", "--dist", "worksteal", *(f"--deselect={test}" for test in UNABLE)]
+        code = coverage("run", "-m", "pytest", *options, "-m", "not long", *tests)
+        if not tests:
+            code = coverage("run", "-m", "pytest", *options, "-m", "long", *LONG) or code
         coverage("combine", "-q")
         coverage("json", "-q", "-o", str(folder / "report.json"))
         report = json.loads((folder / "report.json").read_text())

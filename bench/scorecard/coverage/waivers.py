@@ -43,6 +43,12 @@ WAIVERS = (
         "a limit that no frame was found to exceed; bounds of signals are line 4",
     ),
     Waiver(
+        r".*(dependent|share)",
+        "cond_then",
+        r"\(magnitude\[N\] & \(~ sign\)\)|\(\$signed\(o__payload_N\) > \$signed\(#\)\)",
+        "a limit that no frame was found to exceed; bounds of signals are line 4",
+    ),
+    Waiver(
         r".*(fold|_facts|_fork|_sent|friction|resultant)",
         "cond_else",
         r"advance|\(& done\)|o__ready|chosen__ready|total__ready",
@@ -57,7 +63,7 @@ WAIVERS = (
     Waiver(
         r".*",
         "cond_else",
-        r"\(+(masks|mask|maskN|magnitudes|work|frame_flags)(_?N)?\[N\].* #\)+|\(+(zeros)?_N_? \|.*",
+        r"\(+(masks|mask|maskN|magnitudes|work|frame_flags)(_?N)?\[N\].* #\)+|\(+(zeros|zeros_N|_N_) \|.*",
         "the last places of a search for the first one: no frame was found with so small a word (alone: tests/hdl/lib)",
     ),
 )

@@ -1,4 +1,5 @@
-// Which mutants of a Verilated core send other words than the core in C, or break the rules of their streams.
+// Which mutants of a Verilated core send other words than the core in C, break the rules of their streams, or move words
+// in other cycles than the original.
 //
 // mutants LIBRARY SEED FRAMES GIVEN NUMBER...: each sends frames until resets cut them, then the codes of the file GIVEN,
 // int32, and random FRAMES, with stalls on both ports; prints the numbers of those that nothing was noticed of.
@@ -12,8 +13,12 @@
 static const int cuts = 6, seconds = 60;  // resets amid frames; of CPU time, for mutants that never answer
 static std::vector<Frame> frames;
 static std::vector<unsigned> coefficients;
+static std::vector<int> moves;  // what moved at both ports of the original, cycle by cycle
+static size_t compared = 0;     // of these cycles
+static bool recording = true;   // the original runs
 
-// Whether a word is wrong, missing or too many in so many cycles after a reset; all frames are sent without a limit.
+// Whether a word is wrong, missing, too many or at another time in so many cycles after a reset; all frames are sent
+// without a limit.
 static bool wrong(Ports &ports, Random &random, i64 cycles)
 {
     Exchange exchange{{{random.next()}}, {{random.next()}}};
@@ -31,6 +36,11 @@ static bool wrong(Ports &ports, Random &random, i64 cycles)
         if (exchange.cycle(ports, left ? &frames[sending] : nullptr, begun ? &frames[due] : nullptr))
             return true;
         if (exchange.moved && exchange.word != frames[due].words[place])
+            return true;
+        const int moved = exchange.beat << 3 | exchange.holding << 2 | exchange.waiting << 1 | exchange.moved;
+        if (recording)
+            moves.push_back(moved);
+        else if (moves[compared++] != moved)
             return true;
         due += exchange.ended;
         sending += exchange.sent;
@@ -70,6 +80,8 @@ int main(int count, char **arguments)
         expect(frame);
         frames.push_back(frame);
     }
+    noticed(0, seed);
+    recording = false;
     for (int place = 5; place < count; place++) {
         if (const pid_t child = fork()) {
             int status = 0;

@@ -64,7 +64,7 @@ class Copy:
 
     def _failing(self, tests: list[str], end: float) -> str:
         """The first of the short ``tests`` that fails before the time ``end``, ``FILE::NAME``; "" if none does."""
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not long", "--timeout=200"]
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not long", "--timeout=100"]
         options += [f"--basetemp={self._scratch / 'tests'}", *(f"--deselect={name}" for name in self._broken)]
         code, output = self._run([*options, *tests], end)
         if code in (None, 0, 5):  # 5: there are none

@@ -1,4 +1,6 @@
-"""Mutants of a core's netlist by yosys: an input selects one, whose words are compared with those of the core in C."""
+"""Mutants of a core's netlist by yosys, which an input selects: their words are compared with those of the core in C,
+the cycles of these with the original's.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,7 +91,7 @@ class Mutants:
         run_yosys("script script.ys", self._folder)
 
     def unnoticed(self, mutants: list[Mutant], cycles: int) -> list[Mutant]:
-        """Those that send all words right, after the directed frames in so many ``cycles`` of random ones, too.
+        """Those that send all words right and in time: of the directed frames, and of random ones in so many ``cycles``.
 
         Raises ``ToolError`` where the original itself does not.
         """

@@ -46,6 +46,12 @@ def test_words_of_examples(name: str, tmp_path: Path) -> None:
     simulated(load(f"examples/{name}.toml").design, tmp_path, 2000)
 
 
+def test_projects_are_for_a_zynq_at_100_mhz() -> None:
+    texts = files(SMALL["3x5"])
+    assert {"part=xc7z020clg400-1", "clock=10ns"} <= set(texts["hls_config.cfg"].split())
+    assert "part xc7z020clg400-1 period 10}" in texts["build_prj.tcl"]
+
+
 @pytest.mark.parametrize("case", long("3x5", "learned_4x6"))
 def test_recorded_frames_notice_a_wrong_table(case: str, tmp_path: Path) -> None:
     design = SMALL[case]

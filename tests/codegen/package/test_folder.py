@@ -16,8 +16,10 @@ from tests.codegen.test_generate import change_word
 from tests.marks import long
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.folder import constraints, fusesoc, litex, vivado
+from tfra.codegen.package.ipxact import ipxact
 from tfra.codegen.registers.source import parameters
 from tfra.codegen.sidecar.build import sidecar
+from tfra.model.choices import Bus
 from tfra.sim.tools import choose, environment
 
 CONTENTS = Contents(PARALLEL, sidecar(PARALLEL) | {"images": []}, {}, PART)
@@ -180,6 +182,7 @@ def test_synthesis_is_set_up(package: tuple[str, Path], tmp_path: Path) -> None:
     assert any(f"{name}.v" in file.read_text(errors="replace") for file in tmp_path.rglob("*.*") if file.is_file())
     assert sorted(folder.rglob("*")) == before
 
+
 SPACE = "http://www.accellera.org/XMLSchema/IPXACT/1685-2014"
 NAMES = {"": SPACE}
 PARTS = ("vendor", "library", "name", "version", "busInterfaces", "memoryMaps", "model", "fileSets", "description")
@@ -243,6 +246,18 @@ def test_every_port_is_in_one_bus(component: Element) -> None:
     for name in ("s_axis", "m_axis"):
         sizes = [int(values(buses[name])[key]) for key in ("TDATA_NUM_BYTES", "TUSER_WIDTH")]
         assert [8 * sizes[0] - 1, sizes[1] - 1] == [ports(component)[f"{name}_{pin}"][1] for pin in ("tdata", "tuser")]
+
+
+@pytest.mark.parametrize("taxels", [1, 2, 4])
+def test_a_beat_has_two_bytes_a_taxel(taxels: int) -> None:
+    array = replace(PARALLEL, bus=Bus(taxels))
+    (text,) = ipxact(replace(CONTENTS, array=array)).values()
+    (bus,) = (
+        one
+        for one in ElementTree.fromstring(text).iterfind("busInterfaces/busInterface", NAMES)
+        if one.findtext("name", "", NAMES) == "s_axis"
+    )
+    assert values(bus)["TDATA_NUM_BYTES"] == f"{2 * taxels}"
 
 
 def test_files_and_registers_are_there(component: Element, package: tuple[str, Path]) -> None:

@@ -59,13 +59,16 @@ def test_ipxact() -> None:
 
 
 def test_the_page(files: dict[str, str]) -> None:
-    """A section with all texts for every register, and nothing that is loaded."""
+    """A section with all texts and places of bits for every register, and nothing that is loaded."""
     page = files["registers/tfra.html"]
     sections = re.findall(r"<section>.*?</section>", page, re.S)
     for section, register in zip(sections, MAP.registers, strict=True):
         assert f'<h2 id="{register.name}">0x{register.address:02X} {register.name}</h2>' in section
         cells = re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", section)
         assert [unescape(cell) for cell in cells[9::5]] == [field.text for field in register.fields]
+        for place, field in zip(cells[5::5], register.fields, strict=True):
+            *high, low = map(int, place.split(":"))
+            assert (low, high) == (field.low, [low + field.bits - 1] if field.bits > 1 else [])
         assert register.text in unescape(section)
     assert not re.search(r"(?:src|href)=\"(?!#|data:)", page)
 

@@ -29,6 +29,11 @@ def test_a_dense_array() -> None:
     assert fits(replace(DENSE, sensor=replace(DENSE.sensor, thickness=2.88e-3)))
 
 
+def test_a_third_of_all_lengths_is_advised_a_third_of_the_thickness() -> None:
+    sensor = SensorArray(10, 10, 1e-3 / 3, 1e-3 / 3, 1e-3)
+    assert advice(replace(DENSE, sensor=sensor)).endswith("sensor.thickness_mm = 0.96")
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_what_fits_needs_no_advice(name: str) -> None:
     assert fits(TfraDesign(SensorArray(6, 8, 3e-3, 2e-3, 2e-3), formats=FORMATS[name]))

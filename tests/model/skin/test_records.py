@@ -67,6 +67,15 @@ def test_decoded_records_are_the_estimate():
     assert direct.windows.forces.any()
 
 
+def test_a_status_has_the_marks_beside_the_windows_bits():
+    found, cut = SKIN.find(CODES)
+    windows = decode(WINDOW, WINDOW.model.words(cut))
+    result = estimate(SKIN, CODES, lambda cut: windows)
+    assert found.marks.any()
+    assert windows.status.any()
+    np.testing.assert_array_equal(result.windows.status, windows.status + found.marks)
+
+
 def test_frames_without_any_contact_give_empty_results():
     for engine, frames in (
         (lambda cut: decode(WINDOW, WINDOW.model.words(cut)), CODES[1:2]),
