@@ -172,6 +172,7 @@ def measure(quick: bool) -> Measured:
     figure = (
         f"{total['exceeding']} of {total['errors']:,} errors of {len(records)} designs exceed their bound;"
         f" the largest bound is {median(ratio for ratio, *_ in ratios):.1f} times the largest error (median),"
+        f" at most {MOST:.0f} times in {sum(ratio <= MOST for ratio, *_ in ratios)} of {len(ratios)} signals,"
         f" {worst:.1f} times at most ({where}, {name});"
         f" {total['without_bound']:,} of {total['frames']:,} frames have none"
     )

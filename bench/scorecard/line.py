@@ -28,7 +28,7 @@ class Line:
     """A line; ``measure`` takes whether it has to be quick, and is None where nothing measures the line yet.
 
     ``limits`` says in a sentence what the figure does not tell.  ``sources`` are files and folders below the root: a
-    result is kept until one of them, this module or the version of a tool changes.
+    result is kept until one of them, this module or the version of a tool changes.  Links are left out.
     """
 
     number: int
@@ -45,7 +45,7 @@ class Line:
         hashes = (
             f"{file.relative_to(ROOT)} {sha256(file.read_bytes()).hexdigest()}"
             for file in files
-            if file.is_file() and not {"__pycache__", "results"} & {*file.parts}
+            if file.is_file() and not file.is_symlink() and not {"__pycache__", "results"} & {*file.parts}
         )
         return digest(self.title, self.target, str(quick), sys.version, versions(), *hashes)
 

@@ -91,7 +91,7 @@ class Mutants:
         run_yosys("script script.ys", self._folder)
 
     def unnoticed(self, mutants: list[Mutant], cycles: int) -> list[Mutant]:
-        """Those that send all words right and in time: of the directed frames, and of random ones in so many ``cycles``.
+        """Those that send all words right and in time: of directed frames, and of random ones in so many ``cycles``.
 
         Raises ``ToolError`` where the original itself does not.
         """

@@ -90,3 +90,16 @@ def test_what_is_written_is_no_source(name, tmp_path, monkeypatch):
     assert one.key(False) == key
     (tmp_path / "bench" / "a.py").write_text("3")
     assert one.key(False) != key
+
+
+def test_a_link_is_no_source(tmp_path, monkeypatch):
+    monkeypatch.setattr("bench.scorecard.line.ROOT", tmp_path)
+    for name in ("hdl", "bench"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "CHANGELOG.md").write_text("1")
+    (tmp_path / "hdl" / "CHANGELOG.md").symlink_to(tmp_path / "CHANGELOG.md")
+    one, _ = line()
+    one = replace(one, sources=("hdl",))
+    key = one.key(False)
+    (tmp_path / "CHANGELOG.md").write_text("2")
+    assert one.key(False) == key
