@@ -97,6 +97,13 @@ def test_no_traces_of_this_machine(core):
         assert "amaranth/" not in text
 
 
+def test_the_sidecar_is_indented_for_people(core):
+    design, directory, _, _ = core
+    lines = (directory / f"{design.name}.json").read_text().splitlines()
+    assert lines[0] == "{"
+    assert {len(line) - len(line.lstrip()) for line in lines} >= {0, 1, 2, 3}
+
+
 def test_files_beside_the_verilog_are_in_the_sidecar(core):
     """Coefficients to load, and contents of memories."""
     design, directory, facts, _ = core

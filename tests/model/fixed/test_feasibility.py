@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tfra.model.fixed.feasibility
 import tfra.model.fixed.tfra.design
 from tfra.model.boussinesq import boussinesq
 from tfra.model.choices import FORMATS, Architecture
@@ -32,6 +33,18 @@ def test_a_dense_array() -> None:
 def test_a_third_of_all_lengths_is_advised_a_third_of_the_thickness() -> None:
     sensor = SensorArray(10, 10, 1e-3 / 3, 1e-3 / 3, 1e-3)
     assert advice(replace(DENSE, sensor=sensor)).endswith("sensor.thickness_mm = 0.96")
+
+
+def test_just_what_is_advised_was_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[float] = []
+
+    def remembered(design: TfraDesign) -> bool:
+        tried.append(design.sensor.thickness)
+        return fits(design)
+
+    monkeypatch.setattr(tfra.model.fixed.feasibility, "fits", remembered)
+    assert advice(DENSE).endswith("sensor.thickness_mm = 2.88")
+    assert 2.88 / 1000 in tried
 
 
 @pytest.mark.parametrize("name", FORMATS)
