@@ -63,7 +63,7 @@ WAIVERS = (
     Waiver(
         r".*",
         "cond_else",
-        r"\(+(masks|mask|maskN|magnitudes|work|frame_flags)(_?N)?\[N\].* #\)+|\(+(zeros|zeros_N|_N_) \|.*",
+        r"\(+(masks|mask|maskN|magnitudes|work|total|frame_flags)(_?N)?\[N\].* #\)+|\(+(zeros|zeros_N|_N_) \|.*",
         "the last places of a search for the first one: no frame was found with so small a word (alone: tests/hdl/lib)",
     ),
 )
