@@ -1,6 +1,7 @@
 """Coverage: a branch that is never reached, an empty bin and a file with half of its branches miss the target."""
 
 from collections import Counter
+from typing import Any
 
 import pytest
 
@@ -8,6 +9,7 @@ from bench.scorecard.coverage import bins, measure, python
 from bench.scorecard.coverage.run import Covered
 from bench.scorecard.coverage.verilog import Point, block_of, points
 from bench.scorecard.coverage.waivers import waived
+from bench.scorecard.line import Measured
 
 VERILOG = """\
 module core__add(a, b);
@@ -20,6 +22,7 @@ module core__add(a, b);
 endmodule
 """
 NAMES = ("one point", "several")
+PYTHON = {"stale": "", "branches": 100, "taken": 95}
 
 
 def entry(line: int, kind: str, count: int, module: str = "core__add") -> str:
@@ -46,19 +49,29 @@ def test_blocks(module: str, block: str) -> None:
     assert block_of(module, ["c2x3", "c2x3_axi"]) == block
 
 
-def judged(reached: int, hit: int = 1, wrong: int = 0):
+def judged(reached: int, hit: int = 1, wrong: int = 0, packaged: dict[str, Any] | None = PYTHON) -> Measured:
     point = Point("core__add", "cond_then", "(a[N] | b[N])")
     counts = Counter({NAMES[0]: 5, NAMES[1]: hit})
-    return measure.judged([Covered({point: reached}, counts, 9, wrong)], NAMES, None)
+    return measure.judged([Covered({point: reached}, counts, 9, wrong)], NAMES, packaged)
 
 
-def test_what_is_not_reached_misses_the_target() -> None:
+def test_what_is_not_reached_misses_the_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measure, "WAIVERS", ())
     assert judged(1).passed
     assert not judged(0).passed
     assert judged(0).facts["verilog"]["missed"] == ["core__add | cond_then | (a[N] | b[N])"]
     assert not judged(1, hit=0).passed
     assert judged(1, hit=0).facts["empty"] == ["several"]
     assert not judged(1, wrong=1).passed
+    assert not judged(1, packaged={**PYTHON, "taken": 94}).passed
+    assert not judged(1, packaged={**PYTHON, "stale": "a test failed"}).passed
+
+
+def test_a_quick_run_tells_branches_and_judges_the_rest() -> None:
+    assert judged(0, packaged=None).passed
+    assert judged(0, packaged=None).facts["verilog"]["missed"]
+    assert not judged(1, hit=0, packaged=None).passed
+    assert not judged(1, wrong=1, packaged=None).passed
 
 
 def test_a_waiver_is_for_its_points_alone() -> None:
